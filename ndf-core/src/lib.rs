@@ -1,0 +1,26 @@
+//! The vocabulary of ndf: what a mesh, a point on it, a surface, and a displacement field are.
+//!
+//! Every other crate of the workspace speaks in the types defined here. Geometry is `f64`
+//! ([`glam::DVec3`]); networks are `f32`, and the conversion happens in one place,
+//! [the displacement field](field).
+
+pub mod bounding_box;
+pub mod mesh;
+pub mod projection;
+pub mod sampling;
+pub mod similarity;
+pub mod surface;
+pub mod surface_point;
+
+#[cfg(feature = "conformance")]
+pub mod conformance;
+
+pub use bounding_box::BoundingBox;
+pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+pub use similarity::Similarity;
+pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
+pub use surface_point::SurfacePoint;
+
+/// Three-dimensional vectors and points, re-exported so that users need not match versions.
+pub use glam;
+pub use glam::DVec3;

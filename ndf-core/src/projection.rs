@@ -1,0 +1,24 @@
+//! Projecting many points over all threads.
+
+use rayon::prelude::*;
+
+use crate::{Miss, Projection, Query, Surface};
+
+/// Queries a thread takes at a time: enough to hide scheduling, few enough to balance.
+const CHUNK: usize = 256;
+
+/// Projects every query over the current rayon pool. The answers do not depend on the number of threads.
+///
+/// # Panics
+/// If the slices differ in length.
+pub fn project_all(surface: &dyn Surface, queries: &[Query], feet: &mut [Projection]) {
+    assert_eq!(queries.len(), feet.len());
+    queries.par_chunks(CHUNK).zip(feet.par_chunks_mut(CHUNK)).for_each(|(q, f)| surface.project(q, f));
+}
+
+/// As [`project_all`], into a new vector.
+pub fn projected(surface: &dyn Surface, queries: &[Query]) -> Vec<Projection> {
+    let mut feet = vec![Err(Miss::OutOfReach); queries.len()];
+    project_all(surface, queries, &mut feet);
+    feet
+}
