@@ -5,17 +5,21 @@
 //! [the displacement field](field).
 
 pub mod bounding_box;
+pub mod field;
 pub mod mesh;
+pub mod network;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;
 pub mod surface;
 pub mod surface_point;
+pub mod tessellation;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
 
 pub use bounding_box::BoundingBox;
+pub use field::{DisplacementField, FieldShape};
 pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
