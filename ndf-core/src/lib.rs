@@ -7,6 +7,7 @@
 pub mod bounding_box;
 pub mod field;
 pub mod mesh;
+pub mod model;
 pub mod network;
 pub mod projection;
 pub mod sampling;
@@ -21,6 +22,7 @@ pub mod conformance;
 pub use bounding_box::BoundingBox;
 pub use field::{DisplacementField, FieldShape};
 pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+pub use model::Model;
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
 pub use surface_point::SurfacePoint;
