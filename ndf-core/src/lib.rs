@@ -9,6 +9,7 @@ pub mod field;
 pub mod mesh;
 pub mod model;
 pub mod network;
+pub mod progress;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;

@@ -99,6 +99,11 @@ impl Activations {
         &mut self.levels[0]
     }
 
+    /// The rows of input.
+    pub fn input(&self) -> &[f32] {
+        &self.levels[0]
+    }
+
     /// The rows of output.
     pub fn output(&self) -> &[f32] {
         self.levels.last().expect("a network has an output")
