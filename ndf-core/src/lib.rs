@@ -5,12 +5,14 @@
 //! [the displacement field](field).
 
 pub mod bounding_box;
+pub mod hierarchy;
 pub mod mesh;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;
 pub mod surface;
 pub mod surface_point;
+pub mod triangle_tree;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
@@ -20,6 +22,7 @@ pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
 pub use surface_point::SurfacePoint;
+pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};
 
 /// Three-dimensional vectors and points, re-exported so that users need not match versions.
 pub use glam;
