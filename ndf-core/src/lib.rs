@@ -6,6 +6,7 @@
 
 pub mod bounding_box;
 pub mod field;
+pub mod hierarchy;
 pub mod mesh;
 pub mod model;
 pub mod network;
@@ -16,6 +17,7 @@ pub mod similarity;
 pub mod surface;
 pub mod surface_point;
 pub mod tessellation;
+pub mod triangle_tree;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
@@ -27,6 +29,7 @@ pub use model::Model;
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
 pub use surface_point::SurfacePoint;
+pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};
 
 /// Three-dimensional vectors and points, re-exported so that users need not match versions.
 pub use glam;
