@@ -6,6 +6,7 @@
 
 pub mod bounding_box;
 pub mod mesh;
+pub mod progress;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;
@@ -17,6 +18,7 @@ pub mod conformance;
 
 pub use bounding_box::BoundingBox;
 pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+pub use progress::{NoProgress, Progress};
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
 pub use surface_point::SurfacePoint;
