@@ -7,10 +7,10 @@
 pub mod bounding_box;
 pub mod field;
 pub mod hierarchy;
+pub mod io;
 pub mod mesh;
 pub mod model;
 pub mod network;
-pub mod io;
 pub mod progress;
 pub mod projection;
 pub mod sampling;

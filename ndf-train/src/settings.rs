@@ -84,7 +84,9 @@ impl Settings {
             s if s.samples == 0 => Some("there must be at least one sample"),
             s if s.samples > 1 << 26 => Some("more than 67 million samples do not fit"),
             s if s.resample_every == 0 || s.project_every == 0 => Some("a batch lasts at least one epoch"),
-            s if !positive(s.rate.first) || !positive(s.rate.last) => Some("the learning rate must be positive"),
+            s if !positive(s.rate.first) || !positive(s.rate.last) => {
+                Some("the learning rate must be positive")
+            }
             s if !positive(s.feature_rate) => Some("the rate of the features must be positive"),
             s if !weight(s.lambda_p) || !weight(s.lambda_c) => Some("weights of losses must not be negative"),
             s if s.field.features > 4096 => Some("more than 4096 features a vertex are not supported"),

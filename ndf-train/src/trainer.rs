@@ -115,7 +115,8 @@ pub fn fit(
         let epoch = trainer.epoch;
         if epoch.is_multiple_of(50) {
             let loss: f64 = losses.map_or(f64::NAN, |l: EpochLosses| l.projection.sqrt());
-            let stage = if loss.is_nan() { "training".into() } else { format!("training, distance {loss:.2e}") };
+            let stage =
+                if loss.is_nan() { "training".into() } else { format!("training, distance {loss:.2e}") };
             progress.report(&stage, epoch as f64 / settings.epochs as f64);
         }
         let out_of_time = settings.time_limit.is_some_and(|limit| trainer.started.elapsed() >= limit);
@@ -248,7 +249,10 @@ impl<'a> Trainer<'a> {
             .batch
             .samples
             .iter()
-            .map(|s| ndf_core::sampling::FaceSample { face: s.face, barycentric: s.barycentric.map(f64::from) })
+            .map(|s| ndf_core::sampling::FaceSample {
+                face: s.face,
+                barycentric: s.barycentric.map(f64::from),
+            })
             .collect();
         let images: Vec<(DVec3, DVec3)> =
             field.map_with_tangents(&samples).iter().map(|m| (m.point, m.normal())).collect();

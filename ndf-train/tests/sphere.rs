@@ -100,7 +100,10 @@ fn unusable_settings_and_hopeless_surfaces_are_refused() {
     let refuse = |settings: Settings| fit(&Sphere, &base(), &settings, &NoProgress).unwrap_err();
     assert!(matches!(refuse(Settings { samples: 0, ..quick() }), TrainError::Settings(_)));
     assert!(matches!(refuse(Settings { lambda_p: f32::NAN, ..quick() }), TrainError::Settings(_)));
-    assert!(matches!(refuse(Settings { lambda_p: f32::MAX, epochs: 3, ..quick() }), TrainError::Diverged { .. }));
+    assert!(matches!(
+        refuse(Settings { lambda_p: f32::MAX, epochs: 3, ..quick() }),
+        TrainError::Diverged { .. }
+    ));
 
     struct Nothing;
     impl Surface for Nothing {

@@ -45,7 +45,8 @@ impl<'a> Reader<'a> {
         count: usize,
         from: impl Fn([u8; N]) -> T,
     ) -> Result<Vec<T>, ModelError> {
-        let length = count.checked_mul(N).filter(|&l| l <= self.rest.len()).ok_or_else(|| self.truncated())?;
+        let length =
+            count.checked_mul(N).filter(|&l| l <= self.rest.len()).ok_or_else(|| self.truncated())?;
         let (head, rest) = self.rest.split_at(length);
         self.rest = rest;
         let (chunks, _) = head.as_chunks::<N>();

@@ -121,7 +121,8 @@ impl Model {
         let field = DisplacementField::new(base, shape, features, parameters)
             .map_err(|e| ModelError::Section { section: "NETW", defect: e.to_string() })?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
-        let provenance = provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
+        let provenance =
+            provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
         Ok(Self { field, similarity, provenance })
     }
 
@@ -223,7 +224,8 @@ fn split(bytes: &[u8]) -> Result<Vec<([u8; 4], &[u8])>, ModelError> {
         let (tag, entry) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
         let (sum, length) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
         let length = u64::from_le_bytes(*length.first_chunk().expect("an entry has 16 bytes"));
-        let Some((payload, after)) = usize::try_from(length).ok().and_then(|l| rest.split_at_checked(l)) else {
+        let Some((payload, after)) = usize::try_from(length).ok().and_then(|l| rest.split_at_checked(l))
+        else {
             return Err(cut);
         };
         if crc32fast::hash(payload) != u32::from_le_bytes(*sum) {
@@ -248,12 +250,17 @@ fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
 fn read_base(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
     let positions = r.f32s(vertices.saturating_mul(3))?;
-    let positions = positions.as_chunks().0.iter().map(|&p: &[f32; 3]| glam::Vec3::from(p).as_dvec3()).collect();
+    let positions =
+        positions.as_chunks().0.iter().map(|&p: &[f32; 3]| glam::Vec3::from(p).as_dvec3()).collect();
     let count = faces.saturating_mul(3);
-    let indices =
-        if vertices <= 1 << 16 { r.u16s(count)?.into_iter().map(u32::from).collect() } else { r.u32s(count)? };
+    let indices = if vertices <= 1 << 16 {
+        r.u16s(count)?.into_iter().map(u32::from).collect()
+    } else {
+        r.u32s(count)?
+    };
     r.end()?;
-    let mesh = TriangleMesh::new(positions, indices.as_chunks().0.to_vec()).map_err(|e| r.defect(e.to_string()))?;
+    let mesh =
+        TriangleMesh::new(positions, indices.as_chunks().0.to_vec()).map_err(|e| r.defect(e.to_string()))?;
     ManifoldMesh::try_from(mesh).map_err(|e| r.defect(e.to_string()))
 }
 
