@@ -5,6 +5,8 @@
 //! parameters. [`fit`] turns the crank and says what came out.
 
 mod batch;
+#[cfg(test)]
+mod gradient_tests;
 mod optimiser;
 mod settings;
 mod step;

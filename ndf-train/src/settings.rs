@@ -43,7 +43,9 @@ pub struct Settings {
     pub project_every: usize,
     /// Learning rate of the networks.
     pub rate: Schedule,
-    /// The features' rate, as a multiple of the networks'.
+    /// The features' rate, as a multiple of the networks'. A feature is touched by the samples of a few faces, a
+    /// weight of the network by all; on meshes of 6k to 86k faces 50 halves the error that 1 leaves after the
+    /// same number of epochs, 10 and 300 are both worse.
     pub feature_rate: f32,
     /// Weight of the projection loss.
     pub lambda_p: f32,
@@ -64,8 +66,8 @@ impl Default for Settings {
             samples: 8_192,
             resample_every: 10,
             project_every: 10,
-            rate: Schedule { first: 3e-3, last: 3e-5 },
-            feature_rate: 1.0,
+            rate: Schedule { first: 1e-3, last: 1e-5 },
+            feature_rate: 50.0,
             lambda_p: 1e4,
             lambda_c: 1e2,
             seed: 0,

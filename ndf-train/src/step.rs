@@ -73,8 +73,10 @@ impl WithSimd for Step<'_> {
         chunk.phi_gradients.clear();
         chunk.losses = LossSums::default();
         let d = model.encoding.dimension;
-        let blocks = samples.chunks(BLOCK).zip(targets.chunks(BLOCK));
-        for ((samples, targets), dz) in blocks.zip(encoding_gradients.chunks_mut(BLOCK * d.max(1))) {
+        let mut rest = encoding_gradients;
+        for (samples, targets) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)) {
+            let (dz, after) = rest.split_at_mut(d * samples.len());
+            rest = after;
             block(simd, &model, chunk, samples, targets, dz);
         }
     }

@@ -35,7 +35,7 @@ fn base() -> ManifoldMesh {
 }
 
 fn quick() -> Settings {
-    Settings { epochs: 300, samples: 2_000, ..Settings::default() }
+    Settings { epochs: 1_500, samples: 1_000, ..Settings::default() }
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn the_field_leaves_the_polyhedron_for_the_sphere() {
     assert!(report.projection_rms < 0.1 * untrained.projection_rms, "{report:?}");
     assert!(report.flipped_fraction == 0.0 && report.missed_fraction == 0.0 && !report.interrupted);
     assert!(report.cycle_loss > 0.0 && report.cycle_loss < 1e-3, "{report:?}");
-    assert_eq!(report.epochs, 300);
+    assert_eq!(report.epochs, 1_500);
 }
 
 #[test]
