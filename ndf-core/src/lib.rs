@@ -7,6 +7,7 @@
 pub mod bounding_box;
 pub mod hierarchy;
 pub mod mesh;
+pub mod metrics;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;
