@@ -191,30 +191,31 @@ impl Node {
     #[inline(always)]
     fn expansions(&self, p: DVec3) -> ([f64; WIDTH], u32) {
         let mut angles = [0.0; WIDTH];
-        let mut near = [false; WIDTH];
+        let mut r2 = [0.0; WIDTH];
+        let [cx, cy, cz] = &self.center;
+        let [nx, ny, nz] = &self.dipole;
+        let [xx, yy, zz, yz, zx, xy] = &self.quadrupole;
+        let [xxx, yyy, zzz, xxy, xxz, yyz, yyx, zzx, zzy, xyz] = &self.octupole;
         for i in 0..WIDTH {
-            let (x, y, z) = (self.center[0][i] - p.x, self.center[1][i] - p.y, self.center[2][i] - p.z);
-            let r2 = x * x + y * y + z * z;
-            let u = 1.0 / r2;
-            let dipole = self.dipole[0][i] * x + self.dipole[1][i] * y + self.dipole[2][i] * z;
-            let [xx, yy, zz, yz, zx, xy] = [0, 1, 2, 3, 4, 5].map(|k| self.quadrupole[k][i]);
-            let quadratic = xx * x * x + yy * y * y + zz * z * z + yz * y * z + zx * z * x + xy * x * y;
-            let first = xx + yy + zz - 3.0 * quadratic * u;
-            let [xxx, yyy, zzz, xxy, xxz, yyz, yyx, zzx, zzy, xyz] =
-                [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|k| self.octupole[k][i]);
-            let cubic = x * x * (xxx * x + xxy * y + xxz * z)
-                + y * y * (yyy * y + yyz * z + yyx * x)
-                + z * z * (zzz * z + zzx * x + zzy * y)
-                + xyz * x * y * z;
-            let laplacian =
-                (3.0 * xxx + yyx + zzx) * x + (3.0 * yyy + xxy + zzy) * y + (3.0 * zzz + xxz + yyz) * z;
+            let (x, y, z) = (cx[i] - p.x, cy[i] - p.y, cz[i] - p.z);
+            r2[i] = x * x + y * y + z * z;
+            let u = 1.0 / r2[i];
+            let dipole = nx[i] * x + ny[i] * y + nz[i] * z;
+            let quadratic =
+                x * (xx[i] * x + xy[i] * y) + y * (yy[i] * y + yz[i] * z) + z * (zz[i] * z + zx[i] * x);
+            let first = xx[i] + yy[i] + zz[i] - 3.0 * quadratic * u;
+            let cubic = x * x * (xxx[i] * x + xxy[i] * y + xxz[i] * z)
+                + y * y * (yyy[i] * y + yyz[i] * z + yyx[i] * x)
+                + z * z * (zzz[i] * z + zzx[i] * x + zzy[i] * y)
+                + xyz[i] * x * y * z;
+            let laplacian = (3.0 * xxx[i] + yyx[i] + zzx[i]) * x
+                + (3.0 * yyy[i] + xxy[i] + zzy[i]) * y
+                + (3.0 * zzz[i] + xxz[i] + yyz[i]) * z;
             let second = (7.5 * cubic * u - 1.5 * laplacian) * u;
             let angle = (dipole + first + second) * (u * u.sqrt());
-            let far = r2 > self.reach_squared[i];
-            near[i] = !far;
-            angles[i] = if far { angle } else { 0.0 };
+            angles[i] = if r2[i] > self.reach_squared[i] { angle } else { 0.0 };
         }
-        let near = (0..WIDTH).fold(0, |mask, i| mask | u32::from(near[i]) << i);
+        let near = (0..WIDTH).fold(0, |mask, i| mask | u32::from(r2[i] <= self.reach_squared[i]) << i);
         (angles, near & ((1 << self.count) - 1))
     }
 }
