@@ -9,6 +9,7 @@ pub mod field;
 pub mod hierarchy;
 pub mod io;
 pub mod mesh;
+pub mod metrics;
 pub mod model;
 pub mod network;
 pub mod progress;
