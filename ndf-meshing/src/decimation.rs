@@ -48,10 +48,10 @@ pub struct Decimated {
 }
 
 /// Share of the sum of the planes that pulls a vertex to the middle of its edge where they leave it free.
-const SOFTNESS: f64 = 1e-4;
+const SOFTNESS: f64 = 1e-5;
 /// Cost of collapsing a long edge where the surface is flat: area times squared length times this. It makes
 /// the choice among collapses without error one of shape.
-const LENGTH_COST: f64 = 1e-6;
+const LENGTH_COST: f64 = 1e-5;
 /// A face may turn by the angle with this cosine in one collapse.
 const TURN: f64 = 0.2;
 /// Collapses between two reports.
