@@ -1,0 +1,173 @@
+//! Mesh files: Wavefront OBJ, PLY, STL and OFF read, the first three written.
+//!
+//! What a file is, is decided by its content. Readers take every file apart without trusting it: counts
+//! reserve no memory before the data is there, and every malformed file ends in a [`ReadError`] of one sentence.
+
+mod atomic;
+mod obj;
+mod off;
+mod ply;
+mod polygons;
+mod stl;
+mod text;
+mod write;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::TriangleMesh;
+
+pub use atomic::atomic_write;
+pub use write::{WriteError, write_mesh};
+
+/// The mesh file formats known here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Wavefront OBJ (text).
+    Obj,
+    /// PLY, the Stanford polygon format (text or binary of either byte order).
+    Ply,
+    /// STL, stereolithography (text or binary).
+    Stl,
+    /// OFF, the Geomview object file format (text).
+    Off,
+}
+
+impl fmt::Display for MeshFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+            Self::Off => "OFF",
+        })
+    }
+}
+
+/// A named value for every vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VertexScalars {
+    /// Name of the property.
+    pub name: String,
+    /// One value a vertex, in the order of the vertices.
+    pub values: Vec<f32>,
+}
+
+/// What a mesh file held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// Vertices in the order of the file (STL: of first occurrence) and faces, polygons cut into fans of
+    /// triangles. A point set has no faces.
+    pub mesh: TriangleMesh,
+    /// The vertex properties of a PLY file other than `x`, `y`, `z`, in the order of the file.
+    pub scalars: Vec<VertexScalars>,
+    /// The format of the file.
+    pub format: MeshFormat,
+    /// What the reader changed or left out, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Why a mesh file could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The content is none of the known formats.
+    #[error("{} is not a mesh file: {reason}; OBJ, PLY, STL and OFF can be read", path.display())]
+    Unrecognised {
+        /// The file.
+        path: PathBuf,
+        /// What was seen instead.
+        reason: &'static str,
+    },
+    /// The file breaks the rules of its format.
+    #[error("{} is not a valid {format} file: {defect}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The format it was recognised as.
+        format: MeshFormat,
+        /// What is wrong and where.
+        defect: String,
+    },
+}
+
+/// What a format's reader makes of the bytes; the error says the defect.
+type Parsed = Result<Content, String>;
+
+/// A mesh before it knows which file it came from.
+struct Content {
+    mesh: TriangleMesh,
+    scalars: Vec<VertexScalars>,
+    notes: Vec<String>,
+}
+
+/// Reads a mesh file of any known format. O(n); memory stays within a small multiple of the file's size.
+///
+/// # Errors
+/// If the file cannot be read, is of no known format, or is malformed; the message names file and defect.
+pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
+    let path = path.as_ref();
+    let bytes = std::fs::read(path).map_err(|source| ReadError::Io { path: path.to_owned(), source })?;
+    parse_mesh(&bytes, path)
+}
+
+/// Reads a mesh from the bytes of a file. `path` is used in messages, and its extension to tell files apart
+/// whose content leaves it open (a file of comments only).
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
+    let unrecognised = |reason| ReadError::Unrecognised { path: path.to_owned(), reason };
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(unrecognised("it is empty"));
+    }
+    let format = sniff(bytes).or_else(|| format_of_extension(path).filter(|_| !text::is_binary(bytes)));
+    let format = format.ok_or_else(|| unrecognised("its content is of no known format"))?;
+    let parsed = match format {
+        MeshFormat::Obj => obj::read(bytes),
+        MeshFormat::Ply => ply::read(bytes),
+        MeshFormat::Stl => stl::read(bytes),
+        MeshFormat::Off => off::read(bytes),
+    };
+    match parsed {
+        Ok(Content { mesh, scalars, notes }) => Ok(MeshFile { mesh, scalars, format, notes }),
+        Err(defect) => Err(ReadError::Malformed { path: path.to_owned(), format, defect }),
+    }
+}
+
+/// The mesh format of a file, told from its content; `None` if it is none of them. Looks at the first
+/// kilobytes only (and, for binary STL, at the length).
+pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
+    if ply::recognises(bytes) {
+        Some(MeshFormat::Ply)
+    } else if stl::recognises(bytes) {
+        Some(MeshFormat::Stl)
+    } else if off::recognises(bytes) {
+        Some(MeshFormat::Off)
+    } else if obj::recognises(bytes) {
+        Some(MeshFormat::Obj)
+    } else {
+        None
+    }
+}
+
+/// The format an extension stands for, in either case.
+fn format_of_extension(path: &Path) -> Option<MeshFormat> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "obj" => Some(MeshFormat::Obj),
+        "ply" => Some(MeshFormat::Ply),
+        "stl" => Some(MeshFormat::Stl),
+        "off" => Some(MeshFormat::Off),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;
