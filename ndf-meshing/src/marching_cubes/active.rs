@@ -75,7 +75,12 @@ impl<'a> ActiveBlocks<'a> {
         let radius = 0.5 * 3.0_f64.sqrt() * self.grid.cell * f64::from(side);
         let far = bound * radius * (1.0 + 1e-9);
         let values = self.field.values_of(&centers);
-        blocks.into_iter().zip(values).filter(|(_, v)| !(v.abs() > far)).map(|(block, _)| block).collect()
+        blocks
+            .into_iter()
+            .zip(values)
+            .filter(|(_, v)| v.is_nan() || v.abs() <= far)
+            .map(|(block, _)| block)
+            .collect()
     }
 }
 

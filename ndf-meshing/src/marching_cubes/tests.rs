@@ -204,7 +204,10 @@ fn errors_say_what_is_wrong() {
     match marching_cubes(&liar, &options(32), &NoProgress) {
         Ok(found) => assert!(ValidationReport::of(found.mesh.as_triangle_mesh()).is_oriented_manifold()),
         Err(e) => {
-            assert!(matches!(e, IsosurfaceError::NoCrossing { .. } | IsosurfaceError::WrongLipschitzBound(_)))
+            assert!(matches!(
+                e,
+                IsosurfaceError::NoCrossing { .. } | IsosurfaceError::WrongLipschitzBound(_)
+            ));
         }
     }
     struct Stop;
