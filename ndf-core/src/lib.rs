@@ -14,6 +14,7 @@ pub mod model;
 pub mod network;
 pub mod progress;
 pub mod projection;
+pub mod quality;
 pub mod sampling;
 pub mod similarity;
 pub mod surface;

@@ -5,8 +5,82 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::TriangleMesh;
 use super::validation::DisjointSets;
+use super::{ManifoldMesh, NotManifold, TriangleMesh, ValidationReport};
+
+/// Vertices closer than this many diagonals are taken as one where that closes a mesh.
+const NEAR: f64 = 1e-6;
+
+/// A manifold made of an imperfect mesh, and what was done to it.
+#[derive(Clone, Debug)]
+pub struct Mended {
+    /// The largest component of the mended mesh.
+    pub mesh: ManifoldMesh,
+    /// What was changed, a sentence each; empty if nothing.
+    pub notes: Vec<String>,
+}
+
+/// Mends what can be mended without inventing geometry, and keeps the largest component: unusable faces and
+/// unreferenced vertices go, vertices in one place are merged where the mesh has boundary there, faces are turned
+/// to agree and outward, fans are separated.
+///
+/// # Errors
+/// With the report of what is left, if the result is not an oriented manifold.
+pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
+    let mut notes = Vec::new();
+    let count =
+        |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
+    let before = ValidationReport::of(mesh);
+    let mut current = without_unusable_faces(mesh);
+    let dropped = mesh.face_count() - current.face_count();
+    if dropped > 0 {
+        notes.push(count(dropped, "unusable face left out", "unusable faces left out"));
+    }
+    current = without_unreferenced_vertices(&current).0;
+    if before.boundary_edges > 0 {
+        current = closed_by_welding(current, &mut notes);
+    }
+    if ValidationReport::of(&current).nonmanifold_vertices.count > 0 {
+        current = split_fans(&current);
+        notes.push("fans of faces that met in one vertex were separated".to_owned());
+    }
+    let turned = oriented(&current);
+    let changed = turned.faces().iter().zip(current.faces()).filter(|(a, b)| a != b).count();
+    if changed > 0 {
+        let all = if changed == current.face_count() {
+            "all faces turned outward"
+        } else {
+            "faces turned to agree"
+        };
+        notes.push(if changed == current.face_count() { all.to_owned() } else { format!("{changed} {all}") });
+    }
+    let (largest, components) = largest_component(&turned);
+    if components > 1 {
+        let rest = turned.face_count() - largest.face_count();
+        notes.push(format!("only the largest of {components} components is used; {rest} faces left out"));
+    }
+    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes })
+}
+
+/// The mesh with coinciding, or else nearly coinciding, vertices merged, if that leaves fewer boundary edges and
+/// makes none non-manifold.
+fn closed_by_welding(mesh: TriangleMesh, notes: &mut Vec<String>) -> TriangleMesh {
+    let before = ValidationReport::of(&mesh);
+    for (tolerance, how) in
+        [(0.0, "in the same place"), (NEAR * mesh.bounds().diagonal(), "nearly in the same place")]
+    {
+        let merged = without_unreferenced_vertices(&without_unusable_faces(&welded(&mesh, tolerance))).0;
+        let after = ValidationReport::of(&merged);
+        let better = after.boundary_edges < before.boundary_edges
+            && after.nonmanifold_edges.count <= before.nonmanifold_edges.count;
+        // Near vertices are only worth merging where it closes the mesh.
+        if better && (tolerance == 0.0 || after.boundary_edges == 0) {
+            notes.push(format!("{} vertices {how} merged", mesh.vertex_count() - merged.vertex_count()));
+            return merged;
+        }
+    }
+    mesh
+}
 
 /// Merges vertices no further apart than `tolerance` (0: exactly equal positions) into the first of them.
 /// Faces that collapse stay, naming a vertex twice; see [`without_unusable_faces`]. Chains of close vertices
@@ -219,6 +293,33 @@ pub fn largest_component(mesh: &TriangleMesh) -> (TriangleMesh, usize) {
 mod tests {
     use super::super::{ManifoldMesh, ValidationReport, shapes};
     use super::*;
+
+    #[test]
+    fn everything_mendable_is_mended() {
+        let mesh = shapes::torus(20, 12, 1.0, 0.3);
+        let clean = mended(&mesh).unwrap();
+        assert!(clean.notes.is_empty() && clean.mesh.as_triangle_mesh() == &mesh);
+
+        let (mut positions, mut faces) = soup(&mesh).into_parts();
+        faces.iter_mut().step_by(2).for_each(|f| f.swap(0, 1));
+        faces.push([0, 0, 1]);
+        positions.push(DVec3::ZERO);
+        let last = positions.len() as u32;
+        positions.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|p| 1.5 * p));
+        faces.push([last, last + 1, last + 2]);
+        let result = mended(&TriangleMesh::new(positions, faces).unwrap()).unwrap();
+        assert_eq!(result.mesh.euler_characteristic(), 0);
+        assert_eq!(result.mesh.boundary_edge_count(), 0);
+        assert!(result.mesh.as_triangle_mesh().signed_volume() > 0.0);
+        assert_eq!(result.notes.len(), 4, "{:?}", result.notes);
+    }
+
+    #[test]
+    fn three_faces_at_an_edge_are_reported() {
+        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Y];
+        let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
+        assert!(mended(&mesh).unwrap_err().to_string().contains("1 edge with 3 faces"));
+    }
 
     /// Every face with three vertices of its own, as in an STL file.
     fn soup(mesh: &TriangleMesh) -> TriangleMesh {
