@@ -184,7 +184,7 @@ impl<'a> Decimation<'a> {
                 let mut simple = [middle, p, q];
                 simple.sort_by(|&x, &y| quadric.at(x).total_cmp(&quadric.at(y)));
                 let reach = 4.0 * p.distance_squared(q);
-                let best = quadric.minimiser(middle, SOFTNESS);
+                let best = quadric.minimiser(middle, SOFTNESS, 3);
                 let best = best.filter(|x| x.distance_squared(middle) <= reach).unwrap_or(simple[0]);
                 [best, simple[0], simple[1], simple[2]]
             }
@@ -299,3 +299,6 @@ impl<'a> Decimation<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

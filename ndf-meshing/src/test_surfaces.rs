@@ -1,8 +1,6 @@
 //! Surfaces with known answers for the tests.
 
-use ndf_core::{
-    BoundingBox, DVec3, Foot, Hint, Inside, ManifoldMesh, Miss, Projection, Query, ScalarField, Surface,
-};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, Inside, Projection, Query, ScalarField, Surface};
 
 /// A sphere around the origin.
 pub(crate) struct Sphere(pub(crate) f64);
@@ -77,41 +75,4 @@ impl ScalarField for Torus {
     fn inside(&self) -> Inside {
         Inside::Below
     }
-}
-
-/// Closest points of a mesh by trying every face.
-pub(crate) struct BruteForce<'a>(pub(crate) &'a ManifoldMesh);
-
-impl Surface for BruteForce<'_> {
-    fn bounds(&self) -> BoundingBox {
-        self.0.bounds()
-    }
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            let p = query.point;
-            let closest = |f: u32| (closest_on_triangle(p, self.0.corner_positions(f)), f);
-            let all = (0..self.0.face_count() as u32).map(closest);
-            let best = all.min_by(|x, y| x.0.distance_squared(p).total_cmp(&y.0.distance_squared(p)));
-            let foot_of = |(point, f): (DVec3, u32)| Foot {
-                point,
-                normal: self.0.as_triangle_mesh().face_normal(f),
-                hint: Hint::NONE,
-            };
-            *foot = best.map(foot_of).ok_or(Miss::OutOfReach);
-        }
-    }
-}
-
-/// The foot on the plane if inside, otherwise the closest point of the three sides.
-fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
-    let normal = (b - a).cross(c - a);
-    let foot = p - normal * (normal.dot(p - a) / normal.length_squared());
-    let sides = [[a, b], [b, c], [c, a]];
-    if sides.iter().all(|[x, y]| normal.cross(y - x).dot(foot - x) >= 0.0) {
-        return foot;
-    }
-    let on_side =
-        |[x, y]: [DVec3; 2]| x + (y - x) * ((p - x).dot(y - x) / x.distance_squared(y)).clamp(0.0, 1.0);
-    let all = sides.map(on_side);
-    all.into_iter().min_by(|x, y| x.distance_squared(p).total_cmp(&y.distance_squared(p))).unwrap()
 }

@@ -121,7 +121,7 @@ fn fit_vertex(mesh: &mut HalfedgeMesh, v: u32, feet: &Feet) {
         reach += position.distance(mesh.position(mesh.tip(o)));
         count += 1.0;
     }
-    let Some(step) = planes.minimiser(DVec3::ZERO, SOFTNESS) else { return };
+    let Some(step) = planes.minimiser(DVec3::ZERO, SOFTNESS, 1) else { return };
     let goal = position + step.clamp_length_max(0.25 * reach / count);
     let (Some(before), Some(after)) = (quality_around(mesh, v, position), quality_around(mesh, v, goal))
     else {

@@ -63,7 +63,7 @@ pub fn improve(
         return Improved { mesh: work.into_manifold(), flips, distance: None };
     };
     let before = fitting::Feet::of(&work, surface).distance();
-    let (mut after, mut flipped) = (before, 0);
+    let (mut after, mut flipped, mut wanted) = (before, 0, options.wanted_quality);
     for round in 0..options.rounds {
         progress.report("final pass", f64::from(round) / f64::from(options.rounds));
         if progress.cancelled() {
@@ -71,17 +71,21 @@ pub fn improve(
         }
         let mut next = work.clone();
         let flips = flips::flip_near(&mut next, surface, after);
-        relaxation::relax(&mut next, options.wanted_quality);
+        relaxation::relax(&mut next, wanted);
         let distance = fitting::fit(&mut next, surface);
-        if distance > before * (1.0 + options.allowed_growth) {
-            break;
+        if distance <= (before * (1.0 + options.allowed_growth)).min(after * ROUND_GROWTH) {
+            (work, after, flipped) = (next, distance, flipped + flips);
+        } else {
+            // Undone; try again with fewer vertices moved.
+            wanted *= 0.5;
         }
-        (work, after, flipped) = (next, distance, flipped + flips);
     }
     progress.report("final pass", 1.0);
     Improved { mesh: work.into_manifold(), flips: flipped, distance: Some([before, after]) }
 }
 
+/// A round may take the mesh this much further from the surface than the one before.
+const ROUND_GROWTH: f64 = 1.02;
 /// A vertex may turn a face by the angle with this cosine in one move.
 const TURN: f64 = 0.5;
 

@@ -5,12 +5,14 @@ use ndf_core::DVec3;
 use super::quality_around;
 use crate::halfedge_mesh::{HalfedgeMesh, previous};
 use crate::quadric::Quadric;
-use crate::triangle_shape::cross;
+use crate::triangle_shape::{agree, cross};
 
 /// Sweeps over all vertices.
 const SWEEPS: usize = 2;
 /// How easily a vertex leaves the planes of its faces: small, so that it stays on creases and corners.
 const SOFTNESS: f64 = 0.05;
+/// Cosine of the widest angle between a face and the mean normal around a vertex that may move.
+const OPEN: f64 = 0.6;
 
 /// Moves every interior vertex with a face of a quality below `wanted` towards the mean of the places where
 /// each of its faces would be equilateral, as far as the worst of them improves (smart smoothing; Freitag 1997).
@@ -28,6 +30,9 @@ pub(super) fn relax(mesh: &mut HalfedgeMesh, wanted: f64) {
 fn relax_vertex(mesh: &mut HalfedgeMesh, v: u32, wanted: f64) {
     let position = mesh.position(v);
     let Some(worst) = quality_around(mesh, v, position).filter(|&q| q < wanted) else { return };
+    if !is_open(mesh, v) {
+        return;
+    }
     let (mut sum, mut count, mut planes) = (DVec3::ZERO, 0.0, Quadric::default());
     for o in mesh.fan(v) {
         let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
@@ -37,10 +42,18 @@ fn relax_vertex(mesh: &mut HalfedgeMesh, v: u32, wanted: f64) {
         count += 1.0;
         planes += Quadric::plane(position, normal, cross.length());
     }
-    let Some(goal) = planes.minimiser(sum / count, SOFTNESS) else { return };
+    let Some(goal) = planes.minimiser(sum / count, SOFTNESS, 1) else { return };
     let steps = [1.0, 0.5, 0.25].map(|share| position.lerp(goal, share));
     let better = |&p: &DVec3| quality_around(mesh, v, p).is_some_and(|q| q > worst * 1.001);
     if let Some(place) = steps.into_iter().find(better) {
         mesh.positions[v as usize] = place;
     }
+}
+
+/// Whether the faces around a vertex all see the same side. A vertex at the tip of something thin must stay: the
+/// planes along the thin part would not resist its sliding down.
+fn is_open(mesh: &HalfedgeMesh, v: u32) -> bool {
+    let crosses = || mesh.fan(v).map(|o| cross(mesh.corners(o).map(|w| mesh.position(w))));
+    let mean: DVec3 = crosses().sum();
+    crosses().all(|c| agree(c, mean, OPEN))
 }

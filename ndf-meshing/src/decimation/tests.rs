@@ -1,0 +1,157 @@
+use std::path::PathBuf;
+
+use ndf_core::mesh::{repair, shapes};
+use ndf_core::sampling::AreaSampler;
+use ndf_core::triangle_tree::TriangleTree;
+use ndf_core::{Hint, NoProgress, TriangleMesh, ValidationReport};
+
+use super::*;
+
+fn manifold(mesh: TriangleMesh) -> ManifoldMesh {
+    ManifoldMesh::try_from(mesh).unwrap()
+}
+
+fn decimated(mesh: &ManifoldMesh, faces: usize) -> Decimated {
+    decimate(mesh, &DecimationOptions::to_faces(faces), &NoProgress)
+}
+
+/// Root-mean-square and largest distance of samples of `from` to `to`.
+fn distances(from: &ManifoldMesh, to: &ManifoldMesh) -> (f64, f64) {
+    let tree = TriangleTree::new(to.as_triangle_mesh());
+    let samples = AreaSampler::of_manifold(from).unwrap().sample(5_000, 1, 0);
+    let square = |p| tree.closest_point(p, Hint::NONE).unwrap().distance_squared;
+    let squares: Vec<f64> = samples.iter().map(|s| square(s.position(from.as_triangle_mesh()))).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (mean.sqrt(), squares.iter().copied().fold(0.0, f64::max).sqrt())
+}
+
+fn check_same_topology(before: &ManifoldMesh, after: &ManifoldMesh) {
+    let [a, b] = [before, after].map(|m| ValidationReport::of(m.as_triangle_mesh()));
+    assert!(b.is_oriented_manifold(), "{b}");
+    assert_eq!(a.euler_characteristic, b.euler_characteristic);
+    assert_eq!(a.components, b.components);
+    assert_eq!(a.boundary_loops, b.boundary_loops);
+    assert!(b.degenerate_faces.count <= a.degenerate_faces.count, "{b:?}");
+}
+
+#[test]
+fn topology_boundary_and_orientation_are_kept() {
+    for (shape, faces) in [
+        (shapes::icosphere(4), 300),
+        (shapes::torus(80, 40, 1.0, 0.4), 400),
+        (shapes::trefoil_knot(400, 24, 0.2), 1200),
+        (shapes::grid(30, 20), 60),
+    ] {
+        let fine = manifold(shape);
+        let coarse = decimated(&fine, faces);
+        assert!(coarse.reached);
+        assert!((faces - 1..=faces).contains(&coarse.mesh.face_count()));
+        check_same_topology(&fine, &coarse.mesh);
+        if fine.boundary_edge_count() == 0 {
+            let ratio =
+                coarse.mesh.as_triangle_mesh().signed_volume() / fine.as_triangle_mesh().signed_volume();
+            assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+        }
+    }
+}
+
+#[test]
+fn distance_falls_as_faces_are_added() {
+    let fine = manifold(shapes::torus(120, 60, 1.0, 0.4));
+    let errors: Vec<f64> =
+        [200, 800, 3200].iter().map(|&n| distances(&decimated(&fine, n).mesh, &fine).0).collect();
+    assert!(errors[0] > 2.5 * errors[1] && errors[1] > 2.5 * errors[2], "{errors:?}");
+}
+
+#[test]
+fn flat_regions_cost_nothing() {
+    let cube = manifold(shapes::cube(20));
+    let coarse = decimated(&cube, 12);
+    assert!(coarse.reached, "{} faces", coarse.mesh.face_count());
+    assert!(distances(&cube, &coarse.mesh).1 < 1e-7);
+    assert!((coarse.mesh.as_triangle_mesh().area() - 24.0).abs() < 1e-6);
+    let grid = manifold(shapes::grid(25, 25));
+    let coarse = decimated(&grid, 2);
+    assert!(coarse.mesh.face_count() <= 8, "{}", coarse.mesh.face_count());
+    assert!((coarse.mesh.as_triangle_mesh().area() - 1.0).abs() < 1e-7);
+}
+
+#[test]
+fn an_unreachable_target_ends_early_and_says_so() {
+    let torus = manifold(shapes::torus(30, 20, 1.0, 0.4));
+    let coarse = decimated(&torus, 2);
+    assert!(!coarse.reached && coarse.mesh.face_count() >= 14);
+    check_same_topology(&torus, &coarse.mesh);
+}
+
+#[test]
+fn components_and_tiny_meshes_survive() {
+    // Two tetrahedra and a lone triangle beside a sphere.
+    let (mut positions, mut faces) = shapes::icosphere(2).into_parts();
+    for shift in [3.0, 5.0] {
+        let at = positions.len() as u32;
+        positions.extend([DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p + DVec3::X * shift));
+        faces.extend([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.map(|v: u32| v + at)));
+    }
+    let at = positions.len() as u32;
+    positions.extend([DVec3::Z * 4.0, DVec3::Z * 4.0 + DVec3::X, DVec3::Z * 4.0 + DVec3::Y]);
+    faces.push([at, at + 1, at + 2]);
+    let mesh = manifold(TriangleMesh::new(positions, faces).unwrap());
+    let coarse = decimated(&mesh, 1);
+    assert!(!coarse.reached);
+    check_same_topology(&mesh, &coarse.mesh);
+    let all = decimated(&mesh, 10_000);
+    assert!(all.reached && all.collapses == 0);
+    assert_eq!(all.mesh.faces(), mesh.faces());
+}
+
+#[test]
+fn holes_stay_open() {
+    // A sphere with holes of one face and of one ring.
+    let (positions, mut faces) = shapes::icosphere(4).into_parts();
+    let removed = faces[100];
+    faces.retain(|f| *f != removed && !f.contains(&0));
+    let mesh = repair::without_unreferenced_vertices(&TriangleMesh::new(positions, faces).unwrap()).0;
+    let mesh = manifold(mesh);
+    let coarse = decimated(&mesh, 200);
+    assert!(coarse.reached);
+    check_same_topology(&mesh, &coarse.mesh);
+}
+
+#[test]
+fn the_same_again() {
+    let fine = manifold(shapes::torus(60, 30, 1.0, 0.4));
+    let [a, b] = [0, 1].map(|_| decimated(&fine, 300).mesh.into_triangle_mesh());
+    assert_eq!(a, b);
+}
+
+/// The folder of optional test data: `NDF_DATA`, or `../shared/data` beside the workspace.
+fn data_folder() -> PathBuf {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    std::env::var_os("NDF_DATA").map_or_else(beside, PathBuf::from)
+}
+
+#[test]
+#[allow(clippy::print_stdout)]
+fn scanned_meshes_keep_topology_and_stay_close() {
+    for (name, largest) in [
+        ("armadillo_86k.obj", 7.5e-4),
+        ("skull_100k.obj", 4.5e-4),
+        ("rocker-arm.obj", 2.7e-4),
+        ("rind_wide_g7.ply", 1.6e-4),
+    ] {
+        let path = data_folder().join("mesh").join(name);
+        if !path.exists() {
+            println!("skipped: {} is not there (optional data folder, see NDF_DATA)", path.display());
+            continue;
+        }
+        let read = ndf_core::io::read_mesh(&path).unwrap().mesh;
+        let fine = manifold(repair::without_unreferenced_vertices(&read).0);
+        let coarse = decimated(&fine, 4000);
+        assert!(coarse.reached, "{name}");
+        check_same_topology(&fine, &coarse.mesh);
+        let size = fine.bounds().diagonal();
+        let (to, from) = (distances(&coarse.mesh, &fine).0, distances(&fine, &coarse.mesh).0);
+        assert!(to.max(from) < largest * size, "{name}: {:e} {:e}", to / size, from / size);
+    }
+}

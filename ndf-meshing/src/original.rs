@@ -1,0 +1,43 @@
+//! A fine mesh as the surface its decimated version is fitted to.
+
+use ndf_core::triangle_tree::TriangleTree;
+use ndf_core::{BoundingBox, DVec3, Foot, ManifoldMesh, Miss, Projection, Query, Surface};
+
+/// Closest points of a mesh. Where a query has a normal, the closest point on faces towards the same side, so
+/// that the two sides of a thin wall are told apart.
+pub(crate) struct OriginalMesh {
+    tree: TriangleTree,
+    normals: Vec<DVec3>,
+}
+
+impl OriginalMesh {
+    pub(crate) fn new(mesh: &ManifoldMesh) -> Self {
+        let mesh = mesh.as_triangle_mesh();
+        let normals = (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect();
+        Self { tree: TriangleTree::new(mesh), normals }
+    }
+}
+
+impl Surface for OriginalMesh {
+    fn bounds(&self) -> BoundingBox {
+        self.tree.bounds()
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+        for (query, foot) in queries.iter().zip(feet) {
+            if !query.point.is_finite() {
+                *foot = Err(Miss::NotFinite);
+                continue;
+            }
+            let guide = query.normal.unwrap_or(DVec3::ZERO);
+            let same_side = |f: u32| self.normals[f as usize].dot(guide) >= 0.0;
+            let closest = self.tree.closest_point_where(query.point, query.hint, same_side);
+            let closest = closest.or_else(|| self.tree.closest_point(query.point, query.hint));
+            *foot = closest.ok_or(Miss::OutOfReach).map(|c| Foot {
+                point: c.point,
+                normal: self.normals[c.face as usize],
+                hint: c.hint(),
+            });
+        }
+    }
+}
