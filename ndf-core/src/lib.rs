@@ -5,6 +5,7 @@
 //! [the displacement field](field).
 
 pub mod bounding_box;
+pub mod hierarchy;
 pub mod io;
 pub mod mesh;
 pub mod progress;
@@ -13,6 +14,7 @@ pub mod sampling;
 pub mod similarity;
 pub mod surface;
 pub mod surface_point;
+pub mod triangle_tree;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
@@ -23,6 +25,7 @@ pub use progress::{NoProgress, Progress};
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};
 pub use surface_point::SurfacePoint;
+pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};
 
 /// Three-dimensional vectors and points, re-exported so that users need not match versions.
 pub use glam;

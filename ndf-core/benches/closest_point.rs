@@ -1,0 +1,106 @@
+//! Closest-point and ray queries on one thread: `cargo bench -p ndf-core --bench closest_point -- [MESH.obj …]`.
+//!
+//! Queries are 100,000 points uniform on the surface plus normal noise of 1 % of the box diagonal, in random
+//! order. `cold` has no hint; `warm` asks for the same points moved by a thousandth of the diagonal, hinted
+//! with the answer from before the move. `ray` shoots from the queries in random directions.
+
+#![allow(clippy::print_stdout)]
+
+use std::time::Instant;
+
+use ndf_core::mesh::shapes;
+use ndf_core::sampling::AreaSampler;
+use ndf_core::{DVec3, Hint, TriangleMesh, TriangleTree};
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+const QUERIES: usize = 100_000;
+
+fn main() {
+    println!(
+        "{:<22} {:>8} {:>9} {:>8} {:>8} {:>8}",
+        "mesh", "faces", "build ms", "cold ns", "warm ns", "ray ns"
+    );
+    bench("icosphere 6", &shapes::icosphere(6));
+    bench("trefoil knot", &shapes::trefoil_knot(1000, 50, 0.2));
+    for path in std::env::args().skip(1).filter(|arg| !arg.starts_with('-')) {
+        match read_obj(&path) {
+            Ok(mesh) => bench(path.rsplit('/').next().unwrap_or(&path), &mesh),
+            Err(error) => println!("{path}: {error}"),
+        }
+    }
+}
+
+fn bench(name: &str, mesh: &TriangleMesh) {
+    let diagonal = mesh.bounds().diagonal();
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let sampler = AreaSampler::new(mesh).expect("a mesh to measure has an area");
+    let mut queries: Vec<DVec3> = sampler
+        .sample(QUERIES, 7, 0)
+        .iter()
+        .map(|s| s.position(mesh) + normal(&mut rng) * (0.01 * diagonal))
+        .collect();
+    queries.shuffle(&mut rng);
+    let moved: Vec<DVec3> =
+        queries.iter().map(|&p| p + normal(&mut rng).normalize() * (0.001 * diagonal)).collect();
+    let directions: Vec<DVec3> = (0..QUERIES).map(|_| normal(&mut rng)).collect();
+
+    let build = 1e3 * least_seconds(|| TriangleTree::new(mesh));
+    let tree = TriangleTree::new(mesh);
+    let ask = |p: DVec3, hint| tree.closest_point(p, hint).expect("the tree is not empty");
+    let hints: Vec<Hint> = queries.iter().map(|&p| ask(p, Hint::NONE).hint()).collect();
+    let per_query = 1e9 / QUERIES as f64;
+    let cold = per_query
+        * least_seconds(|| queries.iter().map(|&p| ask(p, Hint::NONE).distance_squared).sum::<f64>());
+    let warm = per_query
+        * least_seconds(|| moved.iter().zip(&hints).map(|(&p, &h)| ask(p, h).distance_squared).sum::<f64>());
+    let ray = per_query
+        * least_seconds(|| {
+            queries.iter().zip(&directions).filter(|&(&o, &d)| tree.first_hit(o, d).is_some()).count()
+        });
+    println!("{name:<22} {:>8} {build:>9.1} {cold:>8.0} {warm:>8.0} {ray:>8.0}", mesh.face_count());
+}
+
+/// The shortest of five runs.
+fn least_seconds<T>(mut run: impl FnMut() -> T) -> f64 {
+    (0..5)
+        .map(|_| {
+            let start = Instant::now();
+            std::hint::black_box(run());
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A standard normal vector (Box and Muller 1958).
+fn normal(rng: &mut ChaCha8Rng) -> DVec3 {
+    let mut component = || {
+        let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
+    };
+    DVec3::new(component(), component(), component())
+}
+
+/// Positions and fan-triangulated faces of a Wavefront file, no more.
+fn read_obj(path: &str) -> Result<TriangleMesh, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string(path)?;
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let xyz: Vec<f64> = words.take(3).map(str::parse).collect::<Result<_, _>>()?;
+                positions.push(DVec3::from_slice(&xyz));
+            }
+            Some("f") => {
+                let index = |word: &str| word.split('/').next().unwrap_or("").parse::<u32>();
+                let corners: Vec<u32> = words.map(index).collect::<Result<_, _>>()?;
+                faces.extend(corners.windows(2).skip(1).map(|w| [corners[0] - 1, w[0] - 1, w[1] - 1]));
+            }
+            _ => {}
+        }
+    }
+    Ok(TriangleMesh::new(positions, faces)?)
+}
