@@ -1,0 +1,174 @@
+//! `ndf info`: what a file is.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use ndf_core::ValidationReport;
+use ndf_core::io::MeshFile;
+use serde_json::json;
+
+use super::read_mesh_file;
+use crate::context::Context;
+use crate::output::{Failure, Outcome, grouped, readable, table};
+
+/// Arguments of `ndf info`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The file to examine.
+    file: PathBuf,
+}
+
+/// Examines a file.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let file = read_mesh_file(&arguments.file, context)?;
+    Ok(describe(&arguments.file.display().to_string(), &file))
+}
+
+/// The kind of input a mesh file holds, in the words of `--as`.
+pub fn kind_of(file: &MeshFile) -> &'static str {
+    let has = |names: &[&str]| names.iter().all(|name| file.scalars.iter().any(|s| s.name == *name));
+    if file.mesh.face_count() > 0 {
+        "mesh"
+    } else if has(&["opacity", "scale_0", "rot_0", "f_dc_0"]) {
+        "splats"
+    } else if has(&["nx", "ny", "nz"]) {
+        "oriented-cloud"
+    } else if file.mesh.vertex_count() > 0 {
+        "cloud"
+    } else {
+        "mesh"
+    }
+}
+
+fn describe(name: &str, file: &MeshFile) -> Outcome {
+    let mesh = &file.mesh;
+    let report = ValidationReport::of(mesh);
+    let bounds = mesh.bounds();
+    let scalars: Vec<&str> = file.scalars.iter().map(|s| s.name.as_str()).collect();
+    let corners =
+        (!bounds.is_empty()).then(|| json!({"min": bounds.min.to_array(), "max": bounds.max.to_array()}));
+    let volume = (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume());
+    let json = json!({
+        "kind": kind_of(file),
+        "format": file.format.to_string(),
+        "vertices": report.vertices,
+        "faces": report.faces,
+        "edges": report.edges,
+        "components": report.components,
+        "euler_characteristic": report.euler_characteristic,
+        "genus": report.genus(),
+        "boundary_edges": report.boundary_edges,
+        "boundary_loops": report.boundary_loops,
+        "nonmanifold_edges": report.nonmanifold_edges.count,
+        "nonmanifold_vertices": report.nonmanifold_vertices.count,
+        "inconsistent_edges": report.inconsistent_edges.count,
+        "degenerate_faces": report.degenerate_faces.count,
+        "duplicate_faces": report.duplicate_faces.count,
+        "duplicate_vertices": report.duplicate_vertices.count,
+        "unreferenced_vertices": report.unreferenced_vertices.count,
+        "nonfinite_vertices": report.nonfinite_vertices.count,
+        "manifold": report.is_manifold(),
+        "oriented": report.inconsistent_edges.count == 0,
+        "closed": report.faces > 0 && report.is_closed(),
+        "area": mesh.area(),
+        "volume": volume,
+        "bounds": corners,
+        "diagonal": bounds.diagonal(),
+        "scalars": scalars,
+        "notes": file.notes,
+    });
+    let mut rows = vec![("vertices", grouped(report.vertices)), ("faces", grouped(report.faces))];
+    if report.faces > 0 {
+        rows.push(("components", grouped(report.components)));
+        rows.push(("topology", topology(&report)));
+        rows.push(("area", readable(mesh.area())));
+    }
+    if let Some(volume) = volume {
+        rows.push(("volume", readable(volume)));
+    }
+    if !bounds.is_empty() {
+        let extent = bounds.extent().to_array().map(readable).join(" × ");
+        rows.push(("box", format!("{extent}, diagonal {}", readable(bounds.diagonal()))));
+    }
+    if !scalars.is_empty() {
+        rows.push(("scalars", scalars.join(", ")));
+    }
+    let mut text = format!("{name}: {} ({})\n{}", kind_of(file), file.format, table(&rows));
+    for defect in defects(&report, volume) {
+        text += &format!("  ! {defect}\n");
+    }
+    Outcome::new(json, text)
+}
+
+fn topology(report: &ValidationReport) -> String {
+    let shape = match report.genus() {
+        Some(genus) => format!("closed, genus {genus}"),
+        None if report.is_closed() => "closed".to_owned(),
+        None => format!("open, {} boundary edges", grouped(report.boundary_edges)),
+    };
+    format!("{shape}, Euler characteristic {}", report.euler_characteristic)
+}
+
+/// Everything wrong with the mesh, one line each, with what becomes of it.
+fn defects(report: &ValidationReport, volume: Option<f64>) -> Vec<String> {
+    let mut all: Vec<String> =
+        report.manifold_defects().split(", ").filter(|d| !d.is_empty()).map(str::to_owned).collect();
+    let mut note = |count: usize, one: &str, more: &str| match count {
+        0 => {}
+        1 => all.push(format!("1 {one}")),
+        n => all.push(format!("{} {more}", grouped(n))),
+    };
+    note(
+        report.degenerate_faces.count - report.repeated_corner_faces.count,
+        "face without area",
+        "faces without area",
+    );
+    note(
+        report.duplicate_vertices.count,
+        "vertex in the same place as another",
+        "vertices in the same place as another",
+    );
+    if volume.is_some_and(|v| v < 0.0) {
+        all.push("the faces are oriented inward".to_owned());
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndf_core::io::parse_mesh;
+    use std::path::Path;
+
+    fn outcome(text: &str) -> Outcome {
+        describe("a", &parse_mesh(text.as_bytes(), Path::new("a")).unwrap())
+    }
+
+    #[test]
+    fn every_defect_is_listed_at_once() {
+        let o = outcome(
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nv 0 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 1 1 2\nf 2 3 2\n",
+        );
+        for said in ["1 edge with 3 faces", "names a vertex twice", "no face uses", "same place as another"] {
+            assert!(
+                o.text.contains(said) || o.text.contains("name a vertex twice"),
+                "{} lacks {said}",
+                o.text
+            );
+        }
+        assert_eq!(o.json["nonmanifold_edges"], 1);
+        assert_eq!(o.json["degenerate_faces"], 2);
+        assert_eq!(o.json["kind"], "mesh");
+    }
+
+    #[test]
+    fn clouds_are_told_from_meshes() {
+        assert_eq!(outcome("v 0 0 0\nv 1 0 0\n").json["kind"], "cloud");
+        let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+            property float nx\nproperty float ny\nproperty float nz\nend_header\n0 0 0 1 0 0\n";
+        assert_eq!(outcome(cloud).json["kind"], "oriented-cloud");
+    }
+}

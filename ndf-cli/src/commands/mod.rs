@@ -1,0 +1,62 @@
+//! The commands, one file each.
+
+pub mod info;
+pub mod render;
+pub mod sample;
+
+use std::path::Path;
+
+use clap::Subcommand;
+use ndf_core::io::{MeshFile, read_mesh};
+
+use crate::context::Context;
+use crate::output::{Failure, Outcome};
+
+/// What the program can be asked to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Tell what a file is: counts, topology, defects
+    Info(info::Arguments),
+    /// Make a picture of a mesh
+    Render(render::Arguments),
+    /// Write a built-in shape
+    Sample(sample::Arguments),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// With one sentence, if the work failed.
+    pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
+        match self {
+            Self::Info(arguments) => info::run(arguments, context),
+            Self::Render(arguments) => render::run(arguments, context),
+            Self::Sample(arguments) => sample::run(arguments, context),
+        }
+    }
+}
+
+/// Reads a mesh file and passes its notes on as warnings.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn read_mesh_file(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
+    let file = read_mesh(path)?;
+    file.notes.iter().for_each(|note| context.warn(&format!("{}: {note}", path.display())));
+    Ok(file)
+}
+
+/// Reads a mesh file that must have faces.
+///
+/// # Errors
+/// If it cannot be read or has no faces.
+pub fn read_faces(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
+    let file = read_mesh_file(path, context)?;
+    if file.mesh.face_count() > 0 {
+        return Ok(file);
+    }
+    let what = if file.mesh.vertex_count() > 0 { "is a point set without faces" } else { "is an empty mesh" };
+    let failure = Failure::new(format!("{} {what}", path.display()));
+    Err(failure.try_instead("a mesh with at least one face is needed here"))
+}

@@ -1,0 +1,67 @@
+//! What all commands share: the common options, the streams and the way progress is shown.
+
+use std::io::{self, Write};
+
+use clap::Args;
+
+use crate::output::{Failure, Outcome};
+use crate::progress::ShownProgress;
+
+/// Options every command takes.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Common options")]
+pub struct Options {
+    /// Print one JSON object instead of a summary.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Show no progress.
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Threads to work on [default: all cores].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of everything random: the same seed and thread count give the same bytes.
+    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// The options and streams of one run.
+#[derive(Debug)]
+pub struct Context {
+    options: Options,
+}
+
+impl Context {
+    /// A context with these options; sets the number of threads of the process if it is asked for and not set.
+    pub fn new(options: Options) -> Self {
+        if let Some(threads) = options.threads {
+            // Fails only if the pool already exists, which then stays as it is.
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        }
+        Self { options }
+    }
+
+    /// Seed of everything random.
+    pub fn seed(&self) -> u64 {
+        self.options.seed
+    }
+
+    /// An observer that shows progress on the error stream, or nothing with `--quiet`.
+    pub fn progress(&self) -> ShownProgress {
+        if self.options.quiet { ShownProgress::hidden() } else { ShownProgress::on_stderr() }
+    }
+
+    /// Tells the user, on the error stream, something that did not stop the work.
+    pub fn warn(&self, message: &str) {
+        let _ = writeln!(io::stderr(), "ndf: warning: {message}");
+    }
+
+    /// Prints the outcome of the command to the standard output, as the options ask.
+    ///
+    /// # Errors
+    /// If it cannot be written for another reason than that its reader has gone.
+    pub fn print(&self, outcome: &Outcome) -> Result<(), Failure> {
+        let written = outcome.write(self.options.json, &mut io::stdout().lock());
+        written.map_err(|e| Failure::new(format!("cannot write to the standard output: {e}")))
+    }
+}

@@ -1,0 +1,58 @@
+//! The program `ndf`: a thin composition of the library crates.
+//!
+//! [`run`] is the whole program: it reads the arguments, calls one of the [commands](commands) and prints what
+//! it gives back. Commands print nothing themselves. They return an [`Outcome`](output::Outcome), or a
+//! [`Failure`](output::Failure) of one sentence; progress and warnings go through their
+//! [`Context`](context::Context) to the error stream.
+//!
+//! To add a command: a file in `commands/` with its arguments and a function
+//! `run(&Arguments, &Context) -> Result<Outcome, Failure>`, and one line each in the enum and the match there.
+
+pub mod commands;
+pub mod context;
+pub mod output;
+pub mod progress;
+pub mod render;
+pub mod report;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use commands::Command;
+use context::{Context, Options};
+
+/// Neural displacement fields: learn a surface of any representation as a displaced triangle mesh, and
+/// compute on it.
+#[derive(Debug, Parser)]
+#[command(name = "ndf", version, max_term_width = 100)]
+struct Arguments {
+    #[command(flatten)]
+    options: Options,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Runs the program with these arguments, the first of which is its name. The exit code is 0 when the work is
+/// done, 1 when it failed and 2 when the arguments are wrong.
+pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    let Arguments { options, command } = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are errors to the parser, but not to the caller. A closed stream is nobody's fault.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let context = Context::new(options);
+    let done = command.run(&context).and_then(|outcome| context.print(&outcome));
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let _ = writeln!(std::io::stderr(), "ndf: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What a command gives back: figures and text, or the sentence that says why not.
+
+use std::fmt;
+use std::io::{self, Write};
+
+use serde_json::{Map, Value};
+
+/// The result of a command, as an object and as a summary for readers.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// The figures, printed with `--json`.
+    pub json: Map<String, Value>,
+    /// A short summary, printed without; lines end with `\n`.
+    pub text: String,
+}
+
+impl Outcome {
+    /// An outcome of these figures; `json` must be an object.
+    ///
+    /// # Panics
+    /// If `json` is not an object.
+    pub fn new(json: Value, text: impl Into<String>) -> Self {
+        let Value::Object(json) = json else { panic!("an outcome is a JSON object, not {json}") };
+        Self { json, text: text.into() }
+    }
+
+    /// Writes the object on one line, or the text. A reader that has gone away is no error.
+    ///
+    /// # Errors
+    /// If the stream cannot be written for another reason.
+    pub fn write(&self, as_json: bool, out: &mut dyn Write) -> io::Result<()> {
+        let written = if as_json {
+            serde_json::to_writer(&mut *out, &self.json).map_err(io::Error::from).and_then(|()| writeln!(out))
+        } else {
+            out.write_all(self.text.as_bytes())
+        };
+        match written.and_then(|()| out.flush()) {
+            Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            other => other,
+        }
+    }
+}
+
+/// Why a command failed: one sentence that says which file, what is wrong and what to try.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure(String);
+
+impl Failure {
+    /// A failure with this message.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self(message.into())
+    }
+
+    /// The same failure with advice after it.
+    #[must_use]
+    pub fn try_instead(self, advice: &str) -> Self {
+        Self(format!("{}; {advice}", self.0))
+    }
+}
+
+impl fmt::Display for Failure {
+    /// On one line, whatever the message was made of.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<&str> = self.0.split_whitespace().collect();
+        f.write_str(&words.join(" "))
+    }
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// A table of labels and values with the values aligned, each line indented by two.
+pub fn table(rows: &[(&str, String)]) -> String {
+    let width = rows.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
+    rows.iter().map(|(label, value)| format!("  {label:<width$}  {value}\n")).collect()
+}
+
+/// A number with four significant digits, for reading.
+pub fn readable(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    let digits = 3 - x.abs().log10().floor() as i32;
+    match digits {
+        -3..=7 => format!("{x:.*}", digits.max(0) as usize),
+        _ => format!("{x:.3e}"),
+    }
+}
+
+/// A count with its digits in groups of three.
+pub fn grouped(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Closed;
+
+    impl Write for Closed {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_closed_reader_is_no_error() {
+        let outcome = Outcome::new(serde_json::json!({"a": 1}), "a is 1\n");
+        assert!(outcome.write(true, &mut Closed).is_ok());
+        assert!(outcome.write(false, &mut Closed).is_ok());
+        let mut out = Vec::new();
+        outcome.write(true, &mut out).unwrap();
+        assert_eq!(out, b"{\"a\":1}\n");
+    }
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(
+            [0.0, 1.0, 12.345678, 123456.0, 1e-9].map(readable),
+            ["0", "1.000", "12.35", "123456", "1.000e-9"]
+        );
+        assert_eq!([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn failures_are_one_line() {
+        assert_eq!(Failure::new("two\n lines").try_instead("try one").to_string(), "two lines; try one");
+    }
+}
