@@ -10,6 +10,7 @@
 
 pub mod commands;
 pub mod context;
+pub mod input;
 pub mod output;
 pub mod progress;
 pub mod render;

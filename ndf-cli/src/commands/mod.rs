@@ -1,6 +1,9 @@
 //! The commands, one file each.
 
+pub mod extract;
+pub mod fit;
 pub mod info;
+pub mod mesh;
 pub mod render;
 pub mod sample;
 
@@ -15,8 +18,14 @@ use crate::output::{Failure, Outcome};
 /// What the program can be asked to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Learn a surface: a model of a few tens of kilobytes
+    Fit(fit::Arguments),
+    /// Make a mesh of a model, as fine as is asked for
+    Extract(extract::Arguments),
     /// Tell what a file is: counts, topology, defects
     Info(info::Arguments),
+    /// Mesh a surface directly, without learning
+    Mesh(mesh::Arguments),
     /// Make a picture of a mesh
     Render(render::Arguments),
     /// Write a built-in shape
@@ -30,7 +39,10 @@ impl Command {
     /// With one sentence, if the work failed.
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
+            Self::Fit(arguments) => fit::run(arguments, context),
+            Self::Extract(arguments) => extract::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
+            Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
         }

@@ -1,0 +1,141 @@
+//! `ndf extract`: a mesh of a model, as fine as is asked for.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use ndf_core::io::write_mesh;
+use ndf_core::quality::Quality;
+use ndf_core::tessellation::tessellate;
+use ndf_core::{ManifoldMesh, Model, Similarity, ValidationReport};
+use serde_json::{Value, json};
+
+use crate::context::Context;
+use crate::input::read_model;
+use crate::output::{Failure, Outcome, grouped, readable, table};
+
+/// More triangles than this are refused: their file would have over a gigabyte.
+const MOST_FACES: usize = 50_000_000;
+
+/// Arguments of `ndf extract`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The model.
+    model: PathBuf,
+    /// The mesh to write; the extension tells its format (.ply, .obj, .stl).
+    #[arg(short, long, value_name = "MESH")]
+    output: PathBuf,
+    #[command(flatten)]
+    edge_length: EdgeLength,
+    /// Only cut the base faces; do not improve the triangles. (So far nothing else is done.)
+    #[arg(long)]
+    no_refine: bool,
+}
+
+/// The longest edge wanted.
+#[derive(Args, Clone, Copy, Debug)]
+#[group(required = true, multiple = false)]
+pub struct EdgeLength {
+    /// Longest edge, in the input's units.
+    #[arg(long, value_name = "H", value_parser = length)]
+    edge_length: Option<f64>,
+    /// Longest edge where the base mesh fills the box [-1.5, 1.5]³.
+    #[arg(long, value_name = "H", value_parser = length)]
+    relative_edge_length: Option<f64>,
+}
+
+impl EdgeLength {
+    /// A length relative to the box.
+    pub fn relative(length: f64) -> Self {
+        Self { edge_length: None, relative_edge_length: Some(length) }
+    }
+
+    /// The length in the box.
+    pub fn normalised(&self, similarity: &Similarity) -> f64 {
+        match (self.edge_length, self.relative_edge_length) {
+            (Some(world), _) => similarity.length_to_normalised(world),
+            (None, Some(relative)) => relative,
+            (None, None) => unreachable!("the group of arguments is required"),
+        }
+    }
+}
+
+/// Writes a mesh of a model.
+///
+/// # Errors
+/// If the model cannot be read, the edge length asks for too much, or the mesh cannot be written.
+pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure> {
+    let model = read_model(&arguments.model)?;
+    let started = Instant::now();
+    let mesh = extracted(&model, arguments.edge_length)
+        .map_err(|e| Failure::new(format!("{}: {e}", arguments.model.display())))?;
+    let seconds = started.elapsed().as_secs_f64();
+    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[])?;
+    let path = arguments.output.display().to_string();
+    let (json, rows) = figures(&mesh, seconds);
+    Ok(Outcome::new(json, format!("{path}: {} faces\n{}", grouped(mesh.face_count()), table(&rows))))
+}
+
+/// The mesh of a model, in the input's units.
+///
+/// # Errors
+/// If the edge length asks for too much, or the field is not finite.
+pub fn extracted(
+    model: &Model,
+    edge_length: EdgeLength,
+) -> Result<ManifoldMesh, ndf_core::tessellation::TessellationError> {
+    let mesh = tessellate(&model.field, edge_length.normalised(&model.similarity), MOST_FACES)?.mesh;
+    let world = mesh.positions().iter().map(|&p| model.similarity.to_world(p)).collect();
+    Ok(mesh.with_positions(world))
+}
+
+fn figures(mesh: &ManifoldMesh, seconds: f64) -> (Value, Vec<(&'static str, String)>) {
+    let report = ValidationReport::of(mesh.as_triangle_mesh());
+    let quality = Quality::of(mesh);
+    let (length, angle) = (quality.edge_length, quality.min_angle_deg);
+    let json = json!({
+        "seconds": seconds,
+        "vertices": report.vertices,
+        "faces": report.faces,
+        "components": report.components,
+        "euler_characteristic": report.euler_characteristic,
+        "boundary_edges": report.boundary_edges,
+        "manifold": report.is_manifold(),
+        "oriented": report.inconsistent_edges.count == 0,
+        // The triangulation's own metric is the embedded one.
+        "delaunay_intrinsic": quality.is_delaunay(),
+        "delaunay_embedded_fraction": quality.delaunay_fraction,
+        "edge_length": {"min": length.min, "mean": length.mean, "max": length.max},
+        "min_angle_deg": {"min": angle.min, "p5": angle.p5, "median": angle.median},
+    });
+    let rows = vec![
+        ("vertices", grouped(report.vertices)),
+        (
+            "topology",
+            format!(
+                "{} component{}, Euler characteristic {}, {} boundary edges",
+                report.components,
+                if report.components == 1 { "" } else { "s" },
+                report.euler_characteristic,
+                grouped(report.boundary_edges)
+            ),
+        ),
+        (
+            "edge length",
+            format!("{} to {}, mean {}", readable(length.min), readable(length.max), readable(length.mean)),
+        ),
+        (
+            "smallest angles",
+            format!("{:.1}° at least, {:.1}° for all but 5 % of the faces", angle.min, angle.p5),
+        ),
+        ("Delaunay edges", format!("{:.2} %", 100.0 * quality.delaunay_fraction)),
+        ("time", format!("{seconds:.3} s")),
+    ];
+    (json, rows)
+}
+
+/// A positive length.
+pub fn length(text: &str) -> Result<f64, String> {
+    let x: f64 = text.parse().map_err(|_| "a number is expected".to_owned())?;
+    if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
+}

@@ -1,0 +1,113 @@
+//! `ndf mesh`: direct meshing, without learning.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use ndf_core::ValidationReport;
+use ndf_core::io::write_mesh;
+use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
+use serde_json::json;
+
+use super::extract::length;
+use crate::context::Context;
+use crate::input::MeshInput;
+use crate::output::{Failure, Outcome, grouped};
+
+/// Arguments of `ndf mesh`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The surface to mesh.
+    input: PathBuf,
+    /// The mesh to write; the extension tells its format (.ply, .obj, .stl).
+    #[arg(short, long, value_name = "MESH")]
+    output: PathBuf,
+    /// How.
+    #[arg(long, value_enum, default_value_t)]
+    method: Method,
+    /// Cells along the longest side.
+    #[arg(long, value_name = "N", default_value_t = 128, conflicts_with = "edge_length", value_parser = clap::value_parser!(u32).range(1..=2048))]
+    grid: u32,
+    /// Side of a cell, in the input's units, instead of their number.
+    #[arg(long, value_name = "H", value_parser = length)]
+    edge_length: Option<f64>,
+    /// Decimate to this many faces.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    faces: Option<u32>,
+}
+
+/// Ways to mesh a scalar field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Marching cubes, manifold by construction.
+    #[default]
+    MarchingCubes,
+}
+
+/// Meshes a surface.
+///
+/// # Errors
+/// If the input encloses nothing, the grid is too fine, or the mesh cannot be written.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let Method::MarchingCubes = arguments.method;
+    let name = arguments.input.display();
+    let input = MeshInput::read(&arguments.input, context)?;
+    let started = Instant::now();
+    let field = input.surface().as_field().ok_or_else(|| {
+        let failure = Failure::new(format!("{name} encloses no volume, so that it has no isosurface"));
+        failure.try_instead("close its holes, or fit it directly if it is a manifold")
+    })?;
+    let grid = match arguments.edge_length {
+        None => arguments.grid,
+        Some(h) => {
+            let cells = (field.bounds().extent().max_element() / h).ceil();
+            if cells > 2048.0 {
+                let failure =
+                    Failure::new(format!("cells of {h} make a grid of {cells} cells along the longest side"));
+                return Err(failure.try_instead("2048 are the most; ask for longer edges"));
+            }
+            (cells as u32).max(1)
+        }
+    };
+    let progress = context.progress();
+    let options = MarchingCubesOptions { grid, ..MarchingCubesOptions::default() };
+    let found =
+        marching_cubes(field, &options, &progress).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let mut mesh = found.mesh;
+    if let Some(faces) = arguments.faces {
+        let options = DecimationOptions::to_faces(faces as usize);
+        let decimated = decimate(&mesh, &options, &progress);
+        if !decimated.reached {
+            let left = decimated.mesh.face_count();
+            context
+                .warn(&format!("{name}: decimation ended at {left} faces; its topology or shape needs them"));
+        }
+        mesh = decimated.mesh;
+    }
+    drop(progress);
+    let seconds = started.elapsed().as_secs_f64();
+    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[])?;
+    let report = ValidationReport::of(mesh.as_triangle_mesh());
+    let path = arguments.output.display().to_string();
+    let json = json!({
+        "output": path,
+        "seconds": seconds,
+        "vertices": report.vertices,
+        "faces": report.faces,
+        "components": report.components,
+        "euler_characteristic": report.euler_characteristic,
+        "boundary_edges": report.boundary_edges,
+        "manifold": report.is_manifold(),
+        "grid": found.cells,
+        "cell": found.cell,
+        "evaluations": found.evaluations,
+    });
+    let text = format!(
+        "{path}: {report}\n  grid of {} × {} × {} cells, {} evaluations, {seconds:.2} s\n",
+        found.cells[0],
+        found.cells[1],
+        found.cells[2],
+        grouped(found.evaluations as usize)
+    );
+    Ok(Outcome::new(json, text))
+}
