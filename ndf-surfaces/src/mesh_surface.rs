@@ -84,6 +84,11 @@ impl MeshSurface {
         Self { guide_reach: length, ..self }
     }
 
+    /// The box around all faces; named here so that it need not be told from those of the two traits.
+    pub fn bounds(&self) -> BoundingBox {
+        self.tree.bounds()
+    }
+
     /// Signed distance of `p` to the mesh, negative inside, and the closest point; `None` if `p` is not finite.
     /// Meaningful where the mesh [has a field](Surface::as_field).
     pub fn signed_distance(&self, p: DVec3, hint: Hint) -> Option<(f64, ClosestPoint)> {

@@ -64,7 +64,7 @@ struct Packet {
 
 impl WindingNumber {
     /// Prepares a mesh. Faces with a corner that is not finite are left out. O(n log n) on all threads; about
-    /// 120 bytes a triangle.
+    /// 150 bytes a triangle.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let triangles: Vec<[DVec3; 3]> =
             (0..mesh.face_count() as u32).map(|f| mesh.corner_positions(f)).collect();
