@@ -1,4 +1,4 @@
-//! Closest-point and ray queries on one thread: `cargo bench -p ndf-core --bench closest_point -- [MESH.obj …]`.
+//! Closest-point and ray queries on one thread: `cargo bench -p ndf-core --bench closest_point -- [MESH …]`.
 //!
 //! Queries are 100,000 points uniform on the surface plus normal noise of 1 % of the box diagonal. `cold` asks
 //! for them in random order, without hints. `warm` asks for the same points moved by a thousandth of the
@@ -9,6 +9,7 @@
 
 use std::time::Instant;
 
+use ndf_core::io::read_mesh;
 use ndf_core::mesh::shapes;
 use ndf_core::sampling::AreaSampler;
 use ndf_core::{DVec3, Hint, TriangleMesh, TriangleTree};
@@ -27,8 +28,8 @@ fn main() {
     bench("icosphere 6", &shapes::icosphere(6));
     bench("trefoil knot", &shapes::trefoil_knot(1000, 50, 0.2));
     for path in std::env::args().skip(1).filter(|arg| !arg.starts_with('-')) {
-        match read_obj(&path) {
-            Ok(mesh) => bench(path.rsplit('/').next().unwrap_or(&path), &mesh),
+        match read_mesh(&path) {
+            Ok(file) => bench(path.rsplit('/').next().unwrap_or(&path), &file.mesh),
             Err(error) => println!("{path}: {error}"),
         }
     }
@@ -83,26 +84,4 @@ fn normal(rng: &mut ChaCha8Rng) -> DVec3 {
         radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
     };
     DVec3::new(component(), component(), component())
-}
-
-/// Positions and fan-triangulated faces of a Wavefront file, no more.
-fn read_obj(path: &str) -> Result<TriangleMesh, Box<dyn std::error::Error>> {
-    let text = std::fs::read_to_string(path)?;
-    let (mut positions, mut faces) = (Vec::new(), Vec::new());
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let xyz: Vec<f64> = words.take(3).map(str::parse).collect::<Result<_, _>>()?;
-                positions.push(DVec3::from_slice(&xyz));
-            }
-            Some("f") => {
-                let index = |word: &str| word.split('/').next().unwrap_or("").parse::<u32>();
-                let corners: Vec<u32> = words.map(index).collect::<Result<_, _>>()?;
-                faces.extend(corners.windows(2).skip(1).map(|w| [corners[0] - 1, w[0] - 1, w[1] - 1]));
-            }
-            _ => {}
-        }
-    }
-    Ok(TriangleMesh::new(positions, faces)?)
 }

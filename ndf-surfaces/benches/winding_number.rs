@@ -1,4 +1,4 @@
-//! Winding numbers and signed distances on one thread: `cargo bench -p ndf-surfaces -- [MESH.obj …]`.
+//! Winding numbers and signed distances on one thread: `cargo bench -p ndf-surfaces -- [MESH …]`.
 //!
 //! Queries are 100,000 points uniform on the surface plus normal noise of 1 % of the box diagonal, in the order
 //! of the sampler; `error` is the largest difference from the direct sum over 200 of them.
@@ -8,6 +8,7 @@
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
+use ndf_core::io::read_mesh;
 use ndf_core::mesh::shapes;
 use ndf_core::sampling::AreaSampler;
 use ndf_core::{DVec3, Projection, Query, ScalarField, Surface, TriangleMesh};
@@ -26,8 +27,8 @@ fn main() {
     bench("icosphere 6", &shapes::icosphere(6));
     bench("trefoil knot", &shapes::trefoil_knot(1000, 50, 0.2));
     for path in std::env::args().skip(1).filter(|arg| !arg.starts_with('-')) {
-        match read_obj(&path) {
-            Ok(mesh) => bench(path.rsplit('/').next().unwrap_or(&path), &mesh),
+        match read_mesh(&path) {
+            Ok(file) => bench(path.rsplit('/').next().unwrap_or(&path), &file.mesh),
             Err(error) => println!("{path}: {error}"),
         }
     }
@@ -94,26 +95,4 @@ fn normal(rng: &mut ChaCha8Rng) -> DVec3 {
         radius * (TAU * rng.random::<f64>()).cos()
     };
     DVec3::new(component(), component(), component())
-}
-
-/// Positions and fan-triangulated faces of a Wavefront file, no more.
-fn read_obj(path: &str) -> Result<TriangleMesh, Box<dyn std::error::Error>> {
-    let text = std::fs::read_to_string(path)?;
-    let (mut positions, mut faces) = (Vec::new(), Vec::new());
-    for line in text.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let xyz: Vec<f64> = words.take(3).map(str::parse).collect::<Result<_, _>>()?;
-                positions.push(DVec3::from_slice(&xyz));
-            }
-            Some("f") => {
-                let index = |word: &str| word.split('/').next().unwrap_or("").parse::<u32>();
-                let corners: Vec<u32> = words.map(index).collect::<Result<_, _>>()?;
-                faces.extend(corners.windows(2).skip(1).map(|w| [corners[0] - 1, w[0] - 1, w[1] - 1]));
-            }
-            _ => {}
-        }
-    }
-    Ok(TriangleMesh::new(positions, faces)?)
 }

@@ -84,6 +84,11 @@ impl MeshSurface {
         Self { guide_reach: length, ..self }
     }
 
+    /// The box around all faces; named here so that it need not be told from those of the two traits.
+    pub fn bounds(&self) -> BoundingBox {
+        self.tree.bounds()
+    }
+
     /// Signed distance of `p` to the mesh, negative inside, and the closest point; `None` if `p` is not finite.
     /// Meaningful where the mesh [has a field](Surface::as_field).
     pub fn signed_distance(&self, p: DVec3, hint: Hint) -> Option<(f64, ClosestPoint)> {
@@ -106,12 +111,9 @@ impl MeshSurface {
         !usable.is_empty() && 2 * picked().filter(parts).count() >= picked().count()
     }
 
-    fn project_one(&self, query: &Query) -> Projection {
-        if !query.point.is_finite() {
-            return Err(Miss::NotFinite);
-        }
-        let closest = self.tree.closest_point(query.point, query.hint).ok_or(Miss::OutOfReach)?;
-        let normal = self.normal(query.point, &closest);
+    /// The foot of a query whose closest point is known.
+    fn foot(&self, query: &Query, closest: &ClosestPoint) -> Foot {
+        let normal = self.normal(query.point, closest);
         if let Some(guide) = query.normal
             && normal.dot(guide) < OPPOSED * guide.length()
         {
@@ -120,10 +122,10 @@ impl MeshSurface {
             let fitting = self.tree.closest_point_within(query.point, radius * radius, query.hint, agrees);
             if let Some(fitting) = fitting {
                 let normal = self.normal(query.point, &fitting);
-                return Ok(Foot { point: fitting.point, normal, hint: fitting.hint() });
+                return Foot { point: fitting.point, normal, hint: fitting.hint() };
             }
         }
-        Ok(Foot { point: closest.point, normal, hint: closest.hint() })
+        Foot { point: closest.point, normal, hint: closest.hint() }
     }
 
     /// The pseudonormal at a closest point. On a triangle without area and neighbours, any unit vector that
@@ -140,8 +142,15 @@ impl Surface for MeshSurface {
     }
 
     fn project(&self, queries: &[Query], feet: &mut [Projection]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            *foot = self.project_one(query);
+        // Closest points first, then normals: a loop over independent look-ups hides their cache misses.
+        let closest: Vec<Option<ClosestPoint>> =
+            queries.iter().map(|query| self.tree.closest_point(query.point, query.hint)).collect();
+        for ((query, closest), foot) in queries.iter().zip(&closest).zip(feet) {
+            *foot = match closest {
+                Some(closest) => Ok(self.foot(query, closest)),
+                // The tree is not empty.
+                None => Err(Miss::NotFinite),
+            };
         }
     }
 

@@ -243,3 +243,34 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// The bits of everything the kernels compute for a point.
+    struct Kernels<'a>(&'a TriangleTree, DVec3);
+
+    impl WithSimd for Kernels<'_> {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> Vec<u64> {
+            let Self(tree, p) = self;
+            let (lo, hi) = tree.frame.around_point(p);
+            let boxes = tree.nodes.iter().flat_map(|n| n.distances_squared(lo, hi).map(f64::from));
+            let triangles = tree.packets.iter().flat_map(|packet| packet.distances_squared(p));
+            boxes.chain(triangles).map(f64::to_bits).collect()
+        }
+    }
+
+    #[test]
+    fn the_processor_changes_nothing() {
+        let tree = TriangleTree::new(&shapes::trefoil_knot(60, 12, 0.2));
+        for p in [DVec3::ZERO, DVec3::new(0.9, -0.7, 0.1), DVec3::new(3.0, 1e3, 0.0)] {
+            let dispatched = tree.arch.dispatch(Kernels(&tree, p));
+            assert_eq!(dispatched, Kernels(&tree, p).with_simd(pulp::Scalar));
+        }
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! Answers are exact in `f64`. Boxes are `f32`, rounded outward in a frame centred on the mesh and scaled by a
 //! power of two, so that a search prunes conservatively wherever the mesh lies and whatever its unit is.
-//! Leaves are packets of eight triangles laid out by coordinate. The loops over boxes and packets are plain
-//! Rust over arrays of eight, compiled once for every instruction set and dispatched at run time; they use no
+//! Leaves are packets of four triangles laid out by coordinate. The loops over boxes and packets are plain
+//! Rust over arrays, compiled once for every instruction set and dispatched at run time; they use no
 //! fused multiplication, so an answer does not depend on the processor.
 
 mod closest_point;
@@ -33,7 +33,7 @@ const STACK: usize = (WIDTH - 1) * MAX_LEVELS + WIDTH;
 
 /// Triangles of a mesh, arranged for closest-point and ray queries.
 ///
-/// Owns what it needs: about 160 bytes per triangle. A query reads only, so any number of threads may ask.
+/// Owns what it needs: about 130 bytes per triangle. A query reads only, so any number of threads may ask.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
     nodes: Vec<Node>,
@@ -58,7 +58,7 @@ struct Node {
     children: [u32; WIDTH],
 }
 
-/// Eight triangles in the coordinates of the mesh; spare places repeat the last one.
+/// Four triangles in the coordinates of the mesh; spare places repeat the last one.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Packet {

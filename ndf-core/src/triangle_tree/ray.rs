@@ -47,13 +47,6 @@ impl Shear {
         let [x, y, z] = axes.map(|axis| direction[axis]);
         Self { origin, direction, axes, shear: [x / z, y / z, z.recip()] }
     }
-
-    /// A point in the frame in which the ray starts at 0 and runs along z.
-    #[inline(always)]
-    fn apply(&self, p: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = self.axes.map(|axis| p[axis] - self.origin[axis]);
-        [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
-    }
 }
 
 struct Cast<'a> {
@@ -135,25 +128,47 @@ impl Node {
 impl Packet {
     /// The first triangle hit before `nearest`.
     #[inline(always)]
-    fn first_hit(&self, ray: &Shear, mut nearest: f64) -> Option<RayHit> {
-        let mut hit = None;
-        for lane in 0..LANES {
-            let [a, b, c] = [0, 1, 2].map(|k| ray.apply(self.corners[k].map(|axis| axis[lane])));
-            let u = c[0] * b[1] - c[1] * b[0];
-            let v = a[0] * c[1] - a[1] * c[0];
-            let w = b[0] * a[1] - b[1] * a[0];
-            let outside = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
+    fn first_hit(&self, ray: &Shear, nearest: f64) -> Option<RayHit> {
+        let [a, b, c] = [0, 1, 2].map(|corner| self.sheared(corner, ray));
+        let mut sides = [[0.0; LANES]; 3];
+        let mut times = [f64::NAN; LANES];
+        for i in 0..LANES {
+            let u = c[0][i] * b[1][i] - c[1][i] * b[0][i];
+            let v = a[0][i] * c[1][i] - a[1][i] * c[0][i];
+            let w = b[0][i] * a[1][i] - b[1][i] * a[0][i];
+            let some_negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+            let some_positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
             let determinant = u + v + w;
-            if outside || determinant == 0.0 {
-                continue;
-            }
-            let t = (u * a[2] + v * b[2] + w * c[2]) / determinant;
-            if t >= 0.0 && t < nearest {
-                nearest = t;
-                let barycentric = [u / determinant, v / determinant, w / determinant];
-                hit = Some(RayHit { t, face: self.faces[lane], barycentric });
+            // NaN or infinite where the triangle is seen edge-on.
+            let t = (u * a[2][i] + v * b[2][i] + w * c[2][i]) / determinant;
+            times[i] = if some_negative & some_positive { f64::NAN } else { t };
+            (sides[0][i], sides[1][i], sides[2][i]) = (u, v, w);
+        }
+        let mut first: Option<usize> = None;
+        for i in 0..LANES {
+            if times[i] >= 0.0 && times[i] < first.map_or(nearest, |lane| times[lane]) {
+                first = Some(i);
             }
         }
-        hit
+        first.map(|i| {
+            let [u, v, w] = [sides[0][i], sides[1][i], sides[2][i]];
+            let barycentric = [u / (u + v + w), v / (u + v + w), w / (u + v + w)];
+            RayHit { t: times[i], face: self.faces[i], barycentric }
+        })
+    }
+
+    /// A corner of all triangles, in the frame in which the ray starts at 0 and runs along z.
+    #[inline(always)]
+    fn sheared(&self, corner: usize, ray: &Shear) -> [[f64; LANES]; 3] {
+        let [kx, ky, kz] = ray.axes;
+        let (xs, ys, zs) = (&self.corners[corner][kx], &self.corners[corner][ky], &self.corners[corner][kz]);
+        let mut sheared = [[0.0; LANES]; 3];
+        for i in 0..LANES {
+            let z = zs[i] - ray.origin[kz];
+            sheared[0][i] = xs[i] - ray.origin[kx] - ray.shear[0] * z;
+            sheared[1][i] = ys[i] - ray.origin[ky] - ray.shear[1] * z;
+            sheared[2][i] = ray.shear[2] * z;
+        }
+        sheared
     }
 }
