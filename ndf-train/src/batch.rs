@@ -60,7 +60,7 @@ impl Batch {
         }
     }
 
-    /// Projects the images `y` of the samples (normalised) with normals `n` onto the surface.
+    /// Projects the images `y` of the samples (normalised) with guiding normals `n` onto the surface.
     pub(crate) fn project(
         &mut self,
         surface: &dyn Surface,

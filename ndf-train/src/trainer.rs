@@ -7,7 +7,7 @@ use ndf_core::network::encoding;
 use ndf_core::network::{Mlp, MlpShape, Packed};
 use ndf_core::progress::Progress;
 use ndf_core::projection::projected;
-use ndf_core::sampling::AreaSampler;
+use ndf_core::sampling::{AreaSampler, FaceSample};
 use ndf_core::{DVec3, DisplacementField, ManifoldMesh, Query, Similarity, Surface};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -249,13 +249,14 @@ impl<'a> Trainer<'a> {
             .batch
             .samples
             .iter()
-            .map(|s| ndf_core::sampling::FaceSample {
-                face: s.face,
-                barycentric: s.barycentric.map(f64::from),
-            })
+            .map(|s| FaceSample { face: s.face, barycentric: s.barycentric.map(f64::from) })
             .collect();
+        // The guide is the normal of the base face, not that of g: where g has folded over, its own normal would
+        // send it to the far side of the surface and keep it folded.
+        let base = self.start.base().as_triangle_mesh();
+        let guide = |sample: &FaceSample| base.face_normal(sample.face);
         let images: Vec<(DVec3, DVec3)> =
-            field.map_with_tangents(&samples).iter().map(|m| (m.point, m.normal())).collect();
+            field.map(&samples).into_iter().zip(samples.iter().map(guide)).collect();
         self.batch.project(self.surface, &self.similarity, &images);
         self.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
@@ -359,10 +360,8 @@ impl<'a> Trainer<'a> {
     fn measure(&self, field: &DisplacementField) -> FitReport {
         let samples = self.sampler.sample(MEASURED_SAMPLES, self.settings.seed, MEASURING_STREAM);
         let mapped = field.map_with_tangents(&samples);
-        let queries: Vec<Query> = mapped
-            .iter()
-            .map(|m| Query { normal: Some(m.normal()), ..Query::at(self.similarity.to_world(m.point)) })
-            .collect();
+        let queries: Vec<Query> =
+            mapped.iter().map(|m| Query::at(self.similarity.to_world(m.point))).collect();
         let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
         for (foot, mapped) in projected(self.surface, &queries).iter().zip(&mapped) {
             if let Ok(foot) = foot {
