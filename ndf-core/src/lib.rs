@@ -5,22 +5,29 @@
 //! [the displacement field](field).
 
 pub mod bounding_box;
+pub mod field;
 pub mod hierarchy;
 pub mod io;
 pub mod mesh;
+pub mod metrics;
+pub mod model;
+pub mod network;
 pub mod progress;
 pub mod projection;
 pub mod sampling;
 pub mod similarity;
 pub mod surface;
 pub mod surface_point;
+pub mod tessellation;
 pub mod triangle_tree;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
 
 pub use bounding_box::BoundingBox;
+pub use field::{DisplacementField, FieldShape};
 pub use mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+pub use model::Model;
 pub use progress::{NoProgress, Progress};
 pub use similarity::Similarity;
 pub use surface::{Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface};

@@ -1,18 +1,17 @@
-//! How long work tells what it is at, and is told to stop.
+//! Watching and stopping long work. Libraries print nothing; they report here.
 
-/// Watches long work. Libraries print nothing; a program shows what is reported here.
+/// An observer of long work.
 pub trait Progress: Sync {
-    /// `stage` has come as far as `fraction`, from 0 to 1. Called from any thread, some hundred times a stage
-    /// at most.
+    /// `stage` is under way and `fraction` of it, in `[0, 1]`, is done.
     fn report(&self, stage: &str, fraction: f64);
 
-    /// Whether the work should end early. Asked between short pieces of work.
+    /// Whether the work should stop as soon as it can.
     fn cancelled(&self) -> bool {
         false
     }
 }
 
-/// Watches nothing and never cancels.
+/// Watches nothing, stops nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoProgress;
 

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{LANES, Node, PACKET, Packet, STACK, TriangleTree, closest_point_on_triangle};
+use crate::hierarchy::WIDTH;
 use crate::{DVec3, Hint};
 
 /// Where a mesh comes closest to a point.
@@ -163,8 +164,8 @@ impl<A: Fn(u32) -> bool> WithSimd for Search<'_, A> {
 impl Node {
     /// Lower bounds, but for rounding, of the squared distances from a point between `lo` and `hi`.
     #[inline(always)]
-    fn distances_squared(&self, lo: [f32; 3], hi: [f32; 3]) -> [f32; LANES] {
-        let mut sum = [0.0; LANES];
+    fn distances_squared(&self, lo: [f32; 3], hi: [f32; 3]) -> [f32; WIDTH] {
+        let mut sum = [0.0; WIDTH];
         for axis in 0..3 {
             for (lane, sum) in sum.iter_mut().enumerate() {
                 let below = self.min[axis][lane] - hi[axis];
@@ -214,8 +215,8 @@ fn to_segment(v: [f64; 3], e: [f64; 3]) -> f64 {
 
 /// Bit `i` says whether `values[i] < bound`.
 #[inline(always)]
-fn lanes_below<T: Copy + PartialOrd>(values: &[T; LANES], bound: T) -> u32 {
-    (0..LANES).fold(0, |mask, i| mask | u32::from(values[i] < bound) << i)
+fn lanes_below<T: Copy + PartialOrd, const N: usize>(values: &[T; N], bound: T) -> u32 {
+    (0..N).fold(0, |mask, i| mask | u32::from(values[i] < bound) << i)
 }
 
 #[inline(always)]

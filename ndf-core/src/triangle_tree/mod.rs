@@ -22,14 +22,14 @@ use rayon::prelude::*;
 use crate::hierarchy::{Child, Hierarchy, MAX_LEVELS, WIDTH};
 use crate::{BoundingBox, DVec3, TriangleMesh};
 
-/// Triangles in a packet, boxes in a node.
-const LANES: usize = WIDTH;
+/// Triangles in a packet.
+const LANES: usize = 4;
 
 /// Bit of a child reference that says it is a packet.
 const PACKET: u32 = 1 << 31;
 
 /// Most entries a depth-first search has waiting: all but one child of every node on the way down.
-const STACK: usize = (LANES - 1) * MAX_LEVELS + LANES;
+const STACK: usize = (WIDTH - 1) * MAX_LEVELS + WIDTH;
 
 /// Triangles of a mesh, arranged for closest-point and ray queries.
 ///
@@ -52,10 +52,10 @@ const NO_SLOT: u32 = u32::MAX;
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Node {
-    min: [[f32; LANES]; 3],
-    max: [[f32; LANES]; 3],
+    min: [[f32; WIDTH]; 3],
+    max: [[f32; WIDTH]; 3],
     /// Index of a node, or [`PACKET`] and the index of a packet.
-    children: [u32; LANES],
+    children: [u32; WIDTH],
 }
 
 /// Eight triangles in the coordinates of the mesh; spare places repeat the last one.
@@ -134,9 +134,9 @@ impl TriangleTree {
         };
         for source in hierarchy.nodes() {
             let mut node = Node {
-                min: [[f32::INFINITY; LANES]; 3],
-                max: [[f32::NEG_INFINITY; LANES]; 3],
-                children: [0; LANES],
+                min: [[f32::INFINITY; WIDTH]; 3],
+                max: [[f32::NEG_INFINITY; WIDTH]; 3],
+                children: [0; WIDTH],
             };
             for (place, (child, outer)) in source.children.iter().zip(&source.boxes).enumerate() {
                 node.children[place] = match *child {

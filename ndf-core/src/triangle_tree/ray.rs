@@ -4,6 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{LANES, Node, PACKET, Packet, STACK, TriangleTree};
 use crate::DVec3;
+use crate::hierarchy::WIDTH;
 
 /// Where a ray meets a mesh first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +94,7 @@ impl WithSimd for Cast<'_> {
             let node = &tree.nodes[child as usize];
             let (enter, leave) = node.crossings(origin, inverse);
             let base = top;
-            for lane in 0..LANES {
+            for lane in 0..WIDTH {
                 if enter[lane] <= leave[lane] && enter[lane] <= nearest {
                     let mut place = top;
                     while place > base && stack[place - 1].0 < enter[lane] {
@@ -112,13 +113,13 @@ impl WithSimd for Cast<'_> {
 impl Node {
     /// Parameters at which a ray enters, from 0 on, and leaves each box; it misses where it leaves first.
     #[inline(always)]
-    fn crossings(&self, origin: [f64; 3], inverse: [f64; 3]) -> ([f64; LANES], [f64; LANES]) {
+    fn crossings(&self, origin: [f64; 3], inverse: [f64; 3]) -> ([f64; WIDTH], [f64; WIDTH]) {
         // Leaving is delayed by more than the rounding of both (Ize 2013).
         const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
-        let mut enter = [0.0_f64; LANES];
-        let mut leave = [f64::INFINITY; LANES];
+        let mut enter = [0.0_f64; WIDTH];
+        let mut leave = [f64::INFINITY; WIDTH];
         for axis in 0..3 {
-            for lane in 0..LANES {
+            for lane in 0..WIDTH {
                 let s = (f64::from(self.min[axis][lane]) - origin[axis]) * inverse[axis];
                 let t = (f64::from(self.max[axis][lane]) - origin[axis]) * inverse[axis];
                 let (s, t) = if inverse[axis] < 0.0 { (t, s) } else { (s, t) };

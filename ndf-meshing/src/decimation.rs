@@ -1,0 +1,301 @@
+//! Decimation by quadric error metrics (Garland and Heckbert 1997) that keeps the topology.
+//!
+//! Edges are collapsed, the cheapest first, under the link condition (Dey et al. 1999), so that the Euler
+//! characteristic, the components, the boundary loops and the orientation stay what they are. A collapse must
+//! not turn a face over nor make a needle. Boundaries are held by planes perpendicular to the faces along them.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use ndf_core::mesh::NO_HALFEDGE;
+use ndf_core::{DVec3, ManifoldMesh, Progress};
+
+use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
+use crate::quadric::Quadric;
+use crate::triangle_shape::{agree, cross, quality};
+
+/// How far to decimate and what to keep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecimationOptions {
+    /// Number of faces to reach.
+    pub faces: usize,
+    /// Weight of the planes that hold the boundary, relative to those of the faces.
+    pub boundary_weight: f64,
+    /// No face gets a quality (4 √3 area / sum of squared sides, 1 for an equilateral triangle) below this, unless
+    /// it comes from faces that were worse. From 0 to 1; larger values cost closeness.
+    pub least_quality: f64,
+}
+
+impl DecimationOptions {
+    /// The usual options for so many faces.
+    pub fn to_faces(faces: usize) -> Self {
+        Self { faces, boundary_weight: 10.0, least_quality: 0.1 }
+    }
+}
+
+/// A decimated mesh.
+#[derive(Clone, Debug)]
+pub struct Decimated {
+    /// The mesh: the same topology with fewer faces.
+    pub mesh: ManifoldMesh,
+    /// Whether it has no more faces than asked for. Otherwise no further edge could be collapsed without a change of
+    /// topology, a fold or a needle, or the work was cancelled.
+    pub reached: bool,
+    /// Number of edges collapsed.
+    pub collapses: usize,
+    /// Largest cost of a collapse: squared distance times area.
+    pub largest_cost: f64,
+}
+
+/// Share of the sum of the planes that pulls a vertex to the middle of its edge where they leave it free.
+const SOFTNESS: f64 = 1e-5;
+/// Cost of collapsing a long edge where the surface is flat: area times squared length times this. It makes
+/// the choice among collapses without error one of shape.
+const LENGTH_COST: f64 = 1e-5;
+/// A face may turn by the angle with this cosine in one collapse.
+const TURN: f64 = 0.2;
+/// Collapses between two reports.
+const REPORT: usize = 2048;
+
+/// Decimates a mesh. Deterministic; O(n log n), on the calling thread.
+///
+/// The result has the topology of the input, and no face without area unless the input had it. If the input
+/// has no more faces than asked for it is returned as it is.
+pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn Progress) -> Decimated {
+    if mesh.face_count() <= options.faces {
+        return Decimated { mesh: mesh.clone(), reached: true, collapses: 0, largest_cost: 0.0 };
+    }
+    let mut work = Decimation::new(mesh, options);
+    work.run(mesh.face_count(), progress);
+    let reached = work.mesh.face_count() <= options.faces;
+    let center = work.center;
+    work.mesh.positions.iter_mut().for_each(|p| *p += center);
+    Decimated {
+        reached,
+        collapses: work.collapses,
+        largest_cost: work.largest_cost,
+        mesh: work.mesh.into_manifold(),
+    }
+}
+
+/// A collapse in the queue: bits of its cost (which order like the cost, as it is not negative), canonical
+/// half-edge, and the state of that edge it was computed for.
+type Entry = Reverse<(u64, u32, u32)>;
+
+struct Decimation<'a> {
+    options: &'a DecimationOptions,
+    /// Positions are relative to `center`.
+    mesh: HalfedgeMesh,
+    center: DVec3,
+    quadrics: Vec<Quadric>,
+    /// Sum of areas behind each quadric.
+    areas: Vec<f64>,
+    queue: BinaryHeap<Entry>,
+    /// Current state of every edge, at its canonical half-edge; entries of other states are stale.
+    states: Vec<u32>,
+    /// Where the collapse in the queue puts the vertex.
+    placements: Vec<DVec3>,
+    /// Edges whose collapse was refused since the queue was last filled.
+    refused: Vec<u32>,
+    marks: Vec<u8>,
+    collapses: usize,
+    largest_cost: f64,
+}
+
+impl<'a> Decimation<'a> {
+    fn new(mesh: &ManifoldMesh, options: &'a DecimationOptions) -> Self {
+        let center = mesh.bounds().center();
+        let mut work = HalfedgeMesh::new(mesh);
+        work.positions.iter_mut().for_each(|p| *p -= center);
+        let (halfedges, vertices) = (work.halfedge_count(), work.vertex_count());
+        let mut this = Self {
+            options,
+            mesh: work,
+            center,
+            quadrics: vec![Quadric::default(); vertices],
+            areas: vec![0.0; vertices],
+            queue: BinaryHeap::new(),
+            states: vec![0; halfedges],
+            placements: vec![DVec3::ZERO; halfedges],
+            refused: Vec::new(),
+            marks: vec![0; vertices],
+            collapses: 0,
+            largest_cost: 0.0,
+        };
+        this.gather_quadrics();
+        let edges = (0..halfedges as u32).filter(|&h| this.mesh.canonical(h) == h);
+        let entries: Vec<Entry> = edges.collect::<Vec<_>>().into_iter().map(|h| this.entry(h)).collect();
+        this.queue = BinaryHeap::from(entries);
+        this
+    }
+
+    fn gather_quadrics(&mut self) {
+        for face in (0..self.mesh.halfedge_count() as u32).step_by(3) {
+            let corners = self.mesh.corners(face);
+            let positions = corners.map(|v| self.mesh.position(v));
+            let cross = cross(positions);
+            let (area, normal) = (0.5 * cross.length(), cross.normalize_or_zero());
+            let quadric = Quadric::plane(positions[0], normal, area / 3.0);
+            for v in corners {
+                self.quadrics[v as usize] += quadric;
+                self.areas[v as usize] += area / 3.0;
+            }
+            for h in (face..face + 3).filter(|&h| self.mesh.twin(h) == NO_HALFEDGE) {
+                let ends = [self.mesh.tail(h), self.mesh.tip(h)];
+                let [p, q] = ends.map(|v| self.mesh.position(v));
+                let wall = (q - p).cross(normal).normalize_or_zero();
+                let weight = self.options.boundary_weight * p.distance_squared(q);
+                let quadric = Quadric::plane(p, wall, weight);
+                ends.iter().for_each(|&v| self.quadrics[v as usize] += quadric);
+            }
+        }
+    }
+
+    /// The best collapse of an edge, as it enters the queue.
+    fn entry(&mut self, h: u32) -> Entry {
+        let placement = self.placements_of(h)[0];
+        self.entry_at(h, placement)
+    }
+
+    fn entry_at(&mut self, h: u32, placement: DVec3) -> Entry {
+        self.placements[h as usize] = placement;
+        Reverse((self.cost(h, placement).to_bits(), h, self.states[h as usize]))
+    }
+
+    fn cost(&self, h: u32, placement: DVec3) -> f64 {
+        let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
+        let quadric = self.quadrics[a as usize] + self.quadrics[b as usize];
+        let area = self.areas[a as usize] + self.areas[b as usize];
+        let length_squared = self.mesh.position(a).distance_squared(self.mesh.position(b));
+        quadric.at(placement) + LENGTH_COST * area * length_squared
+    }
+
+    /// Where the merged vertex may go, the best first. The boundary does not move inward: a collapse onto it
+    /// ends where it is.
+    fn placements_of(&self, h: u32) -> [DVec3; 4] {
+        let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
+        let (p, q) = (self.mesh.position(a), self.mesh.position(b));
+        match (self.mesh.is_boundary_vertex(a), self.mesh.is_boundary_vertex(b)) {
+            (true, false) => [p; 4],
+            (false, true) => [q; 4],
+            _ => {
+                let quadric = self.quadrics[a as usize] + self.quadrics[b as usize];
+                let middle = p.midpoint(q);
+                let mut simple = [middle, p, q];
+                simple.sort_by(|&x, &y| quadric.at(x).total_cmp(&quadric.at(y)));
+                let reach = 4.0 * p.distance_squared(q);
+                let best = quadric.minimiser(middle, SOFTNESS);
+                let best = best.filter(|x| x.distance_squared(middle) <= reach).unwrap_or(simple[0]);
+                [best, simple[0], simple[1], simple[2]]
+            }
+        }
+    }
+
+    fn run(&mut self, faces_before: usize, progress: &dyn Progress) {
+        let to_remove = (faces_before - self.options.faces) as f64;
+        while self.mesh.face_count() > self.options.faces {
+            let Some(Reverse((bits, h, state))) = self.queue.pop() else {
+                if self.refill() { continue } else { break }
+            };
+            let current =
+                self.mesh.exists(h) && self.mesh.canonical(h) == h && self.states[h as usize] == state;
+            if !current {
+                continue;
+            }
+            if !self.mesh.is_collapsible(h, &mut self.marks) {
+                self.refused.push(h);
+                continue;
+            }
+            let placement = self.placements[h as usize];
+            if !self.is_sound(h, placement) {
+                self.retry(h, placement);
+                continue;
+            }
+            self.largest_cost = self.largest_cost.max(f64::from_bits(bits));
+            self.collapse(h, placement);
+            if self.collapses.is_multiple_of(REPORT) {
+                progress.report("decimation", (faces_before - self.mesh.face_count()) as f64 / to_remove);
+                if progress.cancelled() {
+                    break;
+                }
+            }
+        }
+        progress.report("decimation", 1.0);
+    }
+
+    /// Queues the edge once more with the best of its other placements that is sound.
+    fn retry(&mut self, h: u32, failed: DVec3) {
+        let all = self.placements_of(h);
+        let other = all.into_iter().find(|&x| x != failed && self.is_sound(h, x));
+        if let Some(placement) = other {
+            self.states[h as usize] += 1;
+            let entry = self.entry_at(h, placement);
+            self.queue.push(entry);
+        } else {
+            self.refused.push(h);
+        }
+    }
+
+    /// Queues what was refused, for its surroundings may have changed; false if that is of no use.
+    fn refill(&mut self) -> bool {
+        let mut refused = std::mem::take(&mut self.refused);
+        refused.retain(|&h| self.mesh.exists(h) && self.mesh.canonical(h) == h);
+        refused.sort_unstable();
+        refused.dedup();
+        for h in refused {
+            let sound = self.mesh.is_collapsible(h, &mut self.marks)
+                && self.placements_of(h).into_iter().any(|x| self.is_sound(h, x));
+            if sound {
+                self.states[h as usize] += 1;
+                let entry = self.entry(h);
+                self.queue.push(entry);
+            } else {
+                self.refused.push(h);
+            }
+        }
+        !self.queue.is_empty()
+    }
+
+    /// Whether the faces around an edge, but for those that go, keep their side and shape when both its ends
+    /// move to `placement`.
+    fn is_sound(&self, h: u32, placement: DVec3) -> bool {
+        let (mesh, ends) = (&self.mesh, [self.mesh.tail(h), self.mesh.tip(h)]);
+        let gone = [h / 3, if mesh.twin(h) == NO_HALFEDGE { u32::MAX } else { mesh.twin(h) / 3 }];
+        let (mut worst_before, mut worst_after) = (f64::INFINITY, f64::INFINITY);
+        for v in ends {
+            for o in mesh.fan(v).filter(|o| !gone.contains(&(o / 3))) {
+                let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|v| mesh.position(v));
+                let (before, after) = ([mesh.position(v), x, y], [placement, x, y]);
+                let (old, new) = (cross(before), cross(after));
+                // A face without area has no side to keep.
+                if old != DVec3::ZERO && !agree(old, new, TURN) {
+                    return false;
+                }
+                worst_before = worst_before.min(quality(before));
+                worst_after = worst_after.min(quality(after));
+            }
+        }
+        // Not even where all faces around were worse may a face lose its area.
+        worst_after > 1e-6 && (worst_after >= self.options.least_quality || worst_after >= worst_before)
+    }
+
+    fn collapse(&mut self, h: u32, placement: DVec3) {
+        let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
+        for side in [h, self.mesh.twin(h)].into_iter().filter(|&s| s != NO_HALFEDGE) {
+            for gone in [side, next(side), previous(side)] {
+                self.states[gone as usize] += 1;
+            }
+        }
+        self.mesh.collapse(h, placement);
+        self.collapses += 1;
+        let merged = self.quadrics[b as usize];
+        self.quadrics[a as usize] += merged;
+        self.areas[a as usize] += self.areas[b as usize];
+        let edges: Vec<u32> = self.mesh.edges_at(a).map(|h| self.mesh.canonical(h)).collect();
+        for h in edges {
+            self.states[h as usize] += 1;
+            let entry = self.entry(h);
+            self.queue.push(entry);
+        }
+    }
+}

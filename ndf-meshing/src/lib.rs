@@ -1,0 +1,17 @@
+//! Base meshes: from a scalar field or a fine mesh to a coarse, well-shaped manifold close to it.
+//!
+//! [`marching_cubes`] makes a manifold of the level set of any [`ScalarField`](ndf_core::ScalarField), [`decimate`]
+//! leaves as many of its faces as are asked for, and [`improve`] mends their shapes.
+
+pub mod decimation;
+mod halfedge_mesh;
+pub mod marching_cubes;
+mod quadric;
+pub mod remeshing;
+#[cfg(test)]
+mod test_surfaces;
+pub mod triangle_shape;
+
+pub use decimation::{Decimated, DecimationOptions, decimate};
+pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
+pub use remeshing::{FinalPassOptions, Improved, improve};

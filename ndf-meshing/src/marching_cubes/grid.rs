@@ -1,0 +1,68 @@
+//! The grid of corners a field is sampled on.
+
+use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+use rayon::prelude::*;
+
+/// Points handed to a field at a time.
+pub(crate) const BATCH: usize = 512;
+
+/// Cubic cells around a box, with a margin of at least one cell on every side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    /// The corner with the smallest coordinates.
+    pub(crate) origin: DVec3,
+    /// Side of a cell.
+    pub(crate) cell: f64,
+    /// Number of cells along each axis.
+    pub(crate) cells: [u32; 3],
+}
+
+impl Grid {
+    /// `count` cells along the longest side of `bounds`, then the margin.
+    pub(crate) fn around(bounds: &BoundingBox, count: u32) -> Self {
+        let cell = bounds.extent().max_element() / f64::from(count);
+        // A side that is a whole number of cells long up to rounding must not get one more.
+        let cells = bounds.extent().to_array().map(|side| (side / cell - 1e-6).ceil().max(0.0) as u32 + 2);
+        let half = 0.5 * cell * DVec3::from_array(cells.map(f64::from));
+        Self { origin: bounds.center() - half, cell, cells }
+    }
+
+    /// Position of a corner.
+    pub(crate) fn corner(&self, [x, y, z]: [u32; 3]) -> DVec3 {
+        self.origin + self.cell * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+    }
+}
+
+/// A field seen so that zero is the level and inside is above it.
+#[derive(Clone, Copy)]
+pub(crate) struct Oriented<'a> {
+    pub(crate) field: &'a dyn ScalarField,
+    level: f64,
+    sign: f64,
+}
+
+impl<'a> Oriented<'a> {
+    pub(crate) fn new(field: &'a dyn ScalarField) -> Self {
+        let sign = match field.inside() {
+            Inside::Below => -1.0,
+            Inside::Above => 1.0,
+        };
+        Self { field, level: field.level(), sign }
+    }
+
+    /// Values at some points, on the calling thread.
+    pub(crate) fn values(&self, points: &[DVec3], values: &mut [f64]) {
+        self.field.values(points, values);
+        for value in values {
+            *value = self.sign * (*value - self.level);
+        }
+    }
+
+    /// Values at many points, in batches over all threads.
+    pub(crate) fn values_of(&self, points: &[DVec3]) -> Vec<f64> {
+        let mut values = vec![0.0; points.len()];
+        let batches = points.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
+        batches.for_each(|(p, v)| self.values(p, v));
+        values
+    }
+}

@@ -1,0 +1,100 @@
+//! The final pass over a base mesh: better-shaped triangles, no further from the surface.
+//!
+//! Every round [flips](flips) edges towards Delaunay, [moves](relaxation) vertices of badly shaped faces along
+//! the surface, and [fits](fitting) the vertices to the surface by least squares. A round that takes the mesh
+//! further from the surface than allowed is undone.
+
+mod fitting;
+mod flips;
+mod relaxation;
+#[cfg(test)]
+mod tests;
+
+use ndf_core::{ManifoldMesh, Progress, Surface};
+
+use crate::halfedge_mesh::{HalfedgeMesh, previous};
+use crate::triangle_shape::{agree, cross, quality};
+use ndf_core::DVec3;
+
+/// How much to do in the final pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinalPassOptions {
+    /// Rounds of flips, relaxation and fitting; 0 leaves the mesh as it is.
+    pub rounds: u32,
+    /// Vertices move along the surface only while a face around them has a lower quality (4 √3 area / sum of
+    /// squared sides, 1 for an equilateral triangle) than this.
+    pub wanted_quality: f64,
+    /// How much the root-mean-square distance from the mesh to the surface may grow over the whole pass, as a
+    /// share of what it was. It usually shrinks.
+    pub allowed_growth: f64,
+}
+
+impl Default for FinalPassOptions {
+    fn default() -> Self {
+        Self { rounds: 4, wanted_quality: 0.6, allowed_growth: 0.0 }
+    }
+}
+
+/// A mesh after the final pass.
+#[derive(Clone, Debug)]
+pub struct Improved {
+    /// The mesh: as many vertices and faces as before, and the same topology.
+    pub mesh: ManifoldMesh,
+    /// Number of edges flipped.
+    pub flips: usize,
+    /// Root-mean-square distance from the mesh to the surface before and after, by six points a face; `None` without
+    /// a surface.
+    pub distance: Option<[f64; 2]>,
+}
+
+/// Improves the shape of the faces of a mesh near a surface. Vertices of the boundary stay where they are.
+///
+/// Without a surface only edges between nearly coplanar faces are flipped. Deterministic. Each round
+/// projects about fifteen points a face.
+pub fn improve(
+    mesh: &ManifoldMesh,
+    surface: Option<&dyn Surface>,
+    options: &FinalPassOptions,
+    progress: &dyn Progress,
+) -> Improved {
+    let mut work = HalfedgeMesh::new(mesh);
+    let Some(surface) = surface else {
+        let flips = if options.rounds > 0 { flips::flip_flat(&mut work) } else { 0 };
+        return Improved { mesh: work.into_manifold(), flips, distance: None };
+    };
+    let before = fitting::Feet::of(&work, surface).distance();
+    let (mut after, mut flipped) = (before, 0);
+    for round in 0..options.rounds {
+        progress.report("final pass", f64::from(round) / f64::from(options.rounds));
+        if progress.cancelled() {
+            break;
+        }
+        let mut next = work.clone();
+        let flips = flips::flip_near(&mut next, surface, after);
+        relaxation::relax(&mut next, options.wanted_quality);
+        let distance = fitting::fit(&mut next, surface);
+        if distance > before * (1.0 + options.allowed_growth) {
+            break;
+        }
+        (work, after, flipped) = (next, distance, flipped + flips);
+    }
+    progress.report("final pass", 1.0);
+    Improved { mesh: work.into_manifold(), flips: flipped, distance: Some([before, after]) }
+}
+
+/// A vertex may turn a face by the angle with this cosine in one move.
+const TURN: f64 = 0.5;
+
+/// The worst quality around a vertex moved to `position`; `None` if a face would turn too far.
+fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
+    let mut worst = f64::INFINITY;
+    for o in mesh.fan(v) {
+        let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
+        let (old, new) = (cross([mesh.position(v), x, y]), cross([position, x, y]));
+        if old != DVec3::ZERO && old != new && !agree(old, new, TURN) {
+            return None;
+        }
+        worst = worst.min(quality([position, x, y]));
+    }
+    Some(worst)
+}

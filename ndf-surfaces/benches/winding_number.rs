@@ -1,0 +1,119 @@
+//! Winding numbers and signed distances on one thread: `cargo bench -p ndf-surfaces -- [MESH.obj …]`.
+//!
+//! Queries are 100,000 points uniform on the surface plus normal noise of 1 % of the box diagonal, in the order
+//! of the sampler; `error` is the largest difference from the direct sum over 200 of them.
+
+#![allow(clippy::print_stdout)]
+
+use std::f64::consts::{PI, TAU};
+use std::time::Instant;
+
+use ndf_core::mesh::shapes;
+use ndf_core::sampling::AreaSampler;
+use ndf_core::{DVec3, Projection, Query, ScalarField, Surface, TriangleMesh};
+use ndf_surfaces::{MeshSurface, WindingNumber};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+const QUERIES: usize = 100_000;
+
+fn main() {
+    println!(
+        "{:<22} {:>8} {:>9} {:>11} {:>9} {:>10} {:>10}",
+        "mesh", "faces", "build ms", "winding ns", "error", "project ns", "signed ns"
+    );
+    bench("icosphere 6", &shapes::icosphere(6));
+    bench("trefoil knot", &shapes::trefoil_knot(1000, 50, 0.2));
+    for path in std::env::args().skip(1).filter(|arg| !arg.starts_with('-')) {
+        match read_obj(&path) {
+            Ok(mesh) => bench(path.rsplit('/').next().unwrap_or(&path), &mesh),
+            Err(error) => println!("{path}: {error}"),
+        }
+    }
+}
+
+fn bench(name: &str, mesh: &TriangleMesh) {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let noise = 0.01 * mesh.bounds().diagonal();
+    let sampler = AreaSampler::new(mesh).expect("a mesh to measure has an area");
+    let points: Vec<DVec3> =
+        sampler.sample(QUERIES, 7, 0).iter().map(|s| s.position(mesh) + normal(&mut rng) * noise).collect();
+    let build = 1e3 * least_seconds(|| WindingNumber::new(mesh));
+    let winding = WindingNumber::new(mesh);
+    let error = points
+        .iter()
+        .step_by(QUERIES / 200)
+        .map(|&p| (winding.at(p) - direct(mesh, p)).abs())
+        .fold(0.0, f64::max);
+    let per_query = 1e9 / QUERIES as f64;
+    let at = per_query * least_seconds(|| points.iter().map(|&p| winding.at(p)).sum::<f64>());
+
+    let surface = MeshSurface::new(mesh).expect("a mesh to measure has faces");
+    let mut queries: Vec<Query> = points.iter().map(|&p| Query::at(p)).collect();
+    let mut feet: Vec<Projection> = vec![Err(ndf_core::Miss::OutOfReach); QUERIES];
+    surface.project(&queries, &mut feet);
+    for (query, foot) in queries.iter_mut().zip(&feet) {
+        let foot = foot.expect("every finite point has a foot");
+        (query.normal, query.hint) = (Some(foot.normal), foot.hint);
+    }
+    let project = per_query * least_seconds(|| surface.project(&queries, &mut feet));
+    let mut values = vec![0.0; QUERIES];
+    let signed = per_query * least_seconds(|| surface.values(&points, &mut values));
+    println!(
+        "{name:<22} {:>8} {build:>9.1} {at:>11.0} {error:>9.1e} {project:>10.0} {signed:>10.0}",
+        mesh.face_count()
+    );
+}
+
+fn direct(mesh: &TriangleMesh, p: DVec3) -> f64 {
+    let angle = |f: u32| {
+        let [a, b, c] = mesh.corner_positions(f).map(|x| x - p);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let den = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        2.0 * a.dot(b.cross(c)).atan2(den)
+    };
+    (0..mesh.face_count() as u32).map(angle).sum::<f64>() / (4.0 * PI)
+}
+
+/// The shortest of three runs.
+fn least_seconds<T>(mut run: impl FnMut() -> T) -> f64 {
+    (0..3)
+        .map(|_| {
+            let start = Instant::now();
+            std::hint::black_box(run());
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A standard normal vector (Box and Muller 1958).
+fn normal(rng: &mut ChaCha8Rng) -> DVec3 {
+    let mut component = || {
+        let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
+        radius * (TAU * rng.random::<f64>()).cos()
+    };
+    DVec3::new(component(), component(), component())
+}
+
+/// Positions and fan-triangulated faces of a Wavefront file, no more.
+fn read_obj(path: &str) -> Result<TriangleMesh, Box<dyn std::error::Error>> {
+    let text = std::fs::read_to_string(path)?;
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let xyz: Vec<f64> = words.take(3).map(str::parse).collect::<Result<_, _>>()?;
+                positions.push(DVec3::from_slice(&xyz));
+            }
+            Some("f") => {
+                let index = |word: &str| word.split('/').next().unwrap_or("").parse::<u32>();
+                let corners: Vec<u32> = words.map(index).collect::<Result<_, _>>()?;
+                faces.extend(corners.windows(2).skip(1).map(|w| [corners[0] - 1, w[0] - 1, w[1] - 1]));
+            }
+            _ => {}
+        }
+    }
+    Ok(TriangleMesh::new(positions, faces)?)
+}

@@ -1,0 +1,8 @@
+//! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
+
+pub mod mesh_surface;
+pub mod pseudonormals;
+pub mod winding_number;
+
+pub use mesh_surface::{EmptyMesh, MeshSurface};
+pub use winding_number::WindingNumber;

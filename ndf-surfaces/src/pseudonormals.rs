@@ -1,0 +1,148 @@
+//! Normals of a mesh at faces, edges and vertices that tell its sides apart.
+//!
+//! The angle-weighted pseudonormal of the element a closest point lies on always points to the side of the query
+//! (Bærentzen and Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal"): the face
+//! normal inside a face, the sum of both face normals on an edge, the sum of the face normals weighted by their
+//! angles at a vertex.
+
+use ndf_core::mesh::repair;
+use ndf_core::{DVec3, TriangleMesh};
+
+/// Barycentric coordinates up to this count as 0, so that rounding does not choose between an edge and the
+/// faces beside it.
+const ON_EDGE: f64 = 1e-9;
+
+/// Pseudonormals of all faces, edges and vertices of a mesh.
+#[derive(Clone, Debug)]
+pub struct Pseudonormals {
+    faces: Vec<DVec3>,
+    /// Vertices of every face, those at equal positions being one.
+    corners: Vec<[u32; 3]>,
+    vertices: Vec<DVec3>,
+    /// Of every face, the edges from corner 0 to 1, 1 to 2, and 2 to 0.
+    sides: Vec<[u32; 3]>,
+    edges: Vec<DVec3>,
+    closed: bool,
+}
+
+impl Pseudonormals {
+    /// Of a mesh with any connectivity; vertices at the same position count as one. O(n log n).
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let faces: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect();
+        // A face with a corner that is not finite, or without area, contributes nothing.
+        let faces: Vec<DVec3> =
+            faces.into_iter().map(|n| if n.is_finite() { n } else { DVec3::ZERO }).collect();
+        let welded = repair::welded(mesh, 0.0);
+        let corners = welded.faces().to_vec();
+        let mut vertices = vec![DVec3::ZERO; welded.vertex_count()];
+        for (f, corners) in corners.iter().enumerate() {
+            for k in 0..3 {
+                let [p, q, r] = [0, 1, 2].map(|i| welded.positions()[corners[(k + i) % 3] as usize]);
+                let angle = (q - p).cross(r - p).length().atan2((q - p).dot(r - p));
+                if angle.is_finite() {
+                    vertices[corners[k] as usize] += angle * faces[f];
+                }
+            }
+        }
+        // Half-edges sorted by edge.
+        let mut halfedges: Vec<([u32; 2], u32)> = corners
+            .iter()
+            .zip(0..)
+            .flat_map(|(c, f)| (0..3).map(move |k| ([c[k as usize], c[(k as usize + 1) % 3]], 3 * f + k)))
+            .map(|([a, b], halfedge)| ([a.min(b), a.max(b)], halfedge))
+            .collect();
+        halfedges.sort_unstable();
+        let mut sides = vec![[0; 3]; corners.len()];
+        let mut edges = Vec::new();
+        let mut closed = !corners.is_empty();
+        for edge in halfedges.chunk_by(|a, b| a.0 == b.0) {
+            let mut sum = DVec3::ZERO;
+            let mut balance = 0;
+            for &([a, b], halfedge) in edge {
+                let (f, k) = ((halfedge / 3) as usize, (halfedge % 3) as usize);
+                sum += faces[f];
+                sides[f][k] = edges.len() as u32;
+                if a != b {
+                    balance += if corners[f][k] == a { 1 } else { -1 };
+                }
+            }
+            closed &= balance == 0;
+            edges.push(sum.normalize_or_zero());
+        }
+        let vertices = vertices.into_iter().map(DVec3::normalize_or_zero).collect();
+        Self { faces, corners, vertices, sides, edges, closed }
+    }
+
+    /// Whether every edge is run through as often in one direction as in the other, so that the mesh separates
+    /// an inside from an outside.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// Unit normal of a face; zero if it has no area.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn of_face(&self, face: u32) -> DVec3 {
+        self.faces[face as usize]
+    }
+
+    /// Unit pseudonormal of the smallest element on which a point of a face lies. Where the normals of an
+    /// element cancel, as on a sheet glued to its own back, that of the face; zero if that has no area either.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn at(&self, face: u32, barycentric: [f64; 3]) -> DVec3 {
+        let f = face as usize;
+        let normal = match barycentric.map(|b| b > ON_EDGE) {
+            [true, false, false] => self.vertices[self.corners[f][0] as usize],
+            [false, true, false] => self.vertices[self.corners[f][1] as usize],
+            [false, false, true] => self.vertices[self.corners[f][2] as usize],
+            [true, true, false] => self.edges[self.sides[f][0] as usize],
+            [false, true, true] => self.edges[self.sides[f][1] as usize],
+            [true, false, true] => self.edges[self.sides[f][2] as usize],
+            _ => self.faces[f],
+        };
+        if normal == DVec3::ZERO { self.faces[f] } else { normal }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndf_core::mesh::shapes;
+
+    #[test]
+    fn a_cube_has_the_normals_of_its_symmetry() {
+        let cube = shapes::cube(1);
+        let normals = Pseudonormals::new(&cube);
+        assert!(normals.is_closed());
+        for f in 0..cube.face_count() as u32 {
+            let corners = cube.corner_positions(f);
+            for k in 0..3 {
+                let mut barycentric = [0.0; 3];
+                barycentric[k] = 1.0;
+                // Weights by angle do not depend on how the sides are cut into triangles.
+                assert!(normals.at(f, barycentric).distance(corners[k].normalize()) < 1e-14);
+            }
+            assert!(normals.at(f, [0.2, 0.3, 0.5]).distance(cube.face_normal(f)) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn soups_are_welded_and_holes_seen() {
+        let sphere = shapes::icosphere(1);
+        let corners: Vec<DVec3> =
+            (0..sphere.face_count() as u32).flat_map(|f| sphere.corner_positions(f)).collect();
+        let faces = (0..sphere.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let soup = Pseudonormals::new(&TriangleMesh::new(corners, faces).unwrap());
+        assert!(soup.is_closed());
+        let whole = Pseudonormals::new(&sphere);
+        for f in 0..sphere.face_count() as u32 {
+            for barycentric in [[1.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.4, 0.3, 0.3]] {
+                assert!(soup.at(f, barycentric).distance(whole.at(f, barycentric)) < 1e-14);
+            }
+        }
+        assert!(!Pseudonormals::new(&shapes::grid(2, 2)).is_closed());
+    }
+}

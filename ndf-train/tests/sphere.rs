@@ -1,0 +1,119 @@
+//! Training on a surface known by formula.
+
+use ndf_core::mesh::shapes;
+use ndf_core::progress::{NoProgress, Progress};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_train::{Settings, TrainError, fit};
+
+/// A sphere of radius 2 around (5, 0, 0).
+struct Sphere;
+
+const CENTER: DVec3 = DVec3::new(5.0, 0.0, 0.0);
+const RADIUS: f64 = 2.0;
+
+impl Surface for Sphere {
+    fn bounds(&self) -> BoundingBox {
+        BoundingBox { min: CENTER - RADIUS, max: CENTER + RADIUS }
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+        for (query, foot) in queries.iter().zip(feet) {
+            let normal = (query.point - CENTER).normalize_or_zero();
+            let usable = query.point.is_finite() && normal != DVec3::ZERO;
+            *foot = if usable {
+                Ok(Foot { point: CENTER + RADIUS * normal, normal, hint: Hint::NONE })
+            } else {
+                Err(Miss::NotFinite)
+            };
+        }
+    }
+}
+
+fn base() -> ManifoldMesh {
+    let ball = shapes::icosphere(1).map_positions(|p| CENTER + RADIUS * p);
+    ManifoldMesh::try_from(ball).unwrap()
+}
+
+fn quick() -> Settings {
+    Settings { epochs: 1_500, samples: 1_000, ..Settings::default() }
+}
+
+#[test]
+fn the_field_leaves_the_polyhedron_for_the_sphere() {
+    let untrained = fit(&Sphere, &base(), &Settings { epochs: 0, ..quick() }, &NoProgress).unwrap().report;
+    let trained = fit(&Sphere, &base(), &quick(), &NoProgress).unwrap();
+    let report = trained.report;
+    assert!(untrained.projection_rms > 0.05, "{untrained:?}");
+    assert!(report.projection_rms < 0.1 * untrained.projection_rms, "{report:?}");
+    assert!(report.flipped_fraction == 0.0 && report.missed_fraction == 0.0 && !report.interrupted);
+    assert!(report.cycle_loss > 0.0 && report.cycle_loss < 1e-3, "{report:?}");
+    assert_eq!(report.epochs, 1_500);
+}
+
+#[test]
+fn the_number_of_threads_and_the_run_change_no_bit() {
+    let run = |threads: usize, settings: &Settings| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let fit = pool.install(|| fit(&Sphere, &base(), settings, &NoProgress)).unwrap();
+        let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        (bits(fit.field.features()), bits(fit.field.network().parameters()))
+    };
+    let settings = Settings { epochs: 40, ..quick() };
+    let one = run(1, &settings);
+    assert_eq!(one, run(1, &settings));
+    assert_eq!(one, run(3, &settings));
+    assert_ne!(one, run(1, &Settings { seed: 1, ..settings }));
+}
+
+#[test]
+fn odd_shapes_and_numbers_of_samples_train_too() {
+    use ndf_core::FieldShape;
+    for field in [
+        FieldShape { features: 0, octaves: 4, ..FieldShape::default() },
+        FieldShape { features: 5, octaves: 1, hidden: vec![17], residual: true },
+        FieldShape { features: 2, residual: false, ..FieldShape::default() },
+    ] {
+        let settings = Settings { field, samples: 777, lambda_c: 0.0, ..quick() };
+        let report = fit(&Sphere, &base(), &settings, &NoProgress).unwrap().report;
+        assert!(report.projection_rms < 0.06, "{settings:?}: {report:?}");
+        assert_eq!(report.cycle_loss, 0.0);
+    }
+    let report = fit(&Sphere, &base(), &Settings { samples: 3, epochs: 5, ..quick() }, &NoProgress).unwrap();
+    assert_eq!(report.report.epochs, 5);
+}
+
+#[test]
+fn cancelling_gives_what_is_there() {
+    struct Impatient;
+    impl Progress for Impatient {
+        fn report(&self, _stage: &str, _fraction: f64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let report = fit(&Sphere, &base(), &quick(), &Impatient).unwrap().report;
+    assert!(report.interrupted && report.epochs == 0);
+}
+
+#[test]
+fn unusable_settings_and_hopeless_surfaces_are_refused() {
+    let refuse = |settings: Settings| fit(&Sphere, &base(), &settings, &NoProgress).unwrap_err();
+    assert!(matches!(refuse(Settings { samples: 0, ..quick() }), TrainError::Settings(_)));
+    assert!(matches!(refuse(Settings { lambda_p: f32::NAN, ..quick() }), TrainError::Settings(_)));
+    assert!(matches!(
+        refuse(Settings { lambda_p: f32::MAX, epochs: 3, ..quick() }),
+        TrainError::Diverged { .. }
+    ));
+
+    struct Nothing;
+    impl Surface for Nothing {
+        fn bounds(&self) -> BoundingBox {
+            Sphere.bounds()
+        }
+        fn project(&self, _queries: &[Query], feet: &mut [Projection]) {
+            feet.fill(Err(Miss::OutOfReach));
+        }
+    }
+    let error = fit(&Nothing, &base(), &quick(), &NoProgress).unwrap_err();
+    assert!(matches!(error, TrainError::OutOfReach { .. }));
+}
