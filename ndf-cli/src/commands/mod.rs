@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod info;
+pub mod measure;
 pub mod render;
 pub mod sample;
 
@@ -17,6 +18,8 @@ use crate::output::{Failure, Outcome};
 pub enum Command {
     /// Tell what a file is: counts, topology, defects
     Info(info::Arguments),
+    /// Tell how far a mesh is from a reference, both ways
+    Measure(measure::Arguments),
     /// Make a picture of a mesh
     Render(render::Arguments),
     /// Write a built-in shape
@@ -31,6 +34,7 @@ impl Command {
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
             Self::Info(arguments) => info::run(arguments, context),
+            Self::Measure(arguments) => measure::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
         }
