@@ -171,10 +171,14 @@ fn topology(report: &ValidationReport) -> String {
     format!("{shape}, Euler characteristic {}", report.euler_characteristic)
 }
 
-/// Everything wrong with the mesh, one line each, with what becomes of it.
+/// Everything wrong with the mesh, one line each.
 fn defects(report: &ValidationReport, volume: Option<f64>) -> Vec<String> {
     let mut all: Vec<String> =
         report.manifold_defects().split(", ").filter(|d| !d.is_empty()).map(str::to_owned).collect();
+    if report.faces == 0 && report.vertices > 0 {
+        // A point set needs none.
+        all.retain(|defect| !defect.contains("no face"));
+    }
     let mut note = |count: usize, one: &str, more: &str| match count {
         0 => {}
         1 => all.push(format!("1 {one}")),

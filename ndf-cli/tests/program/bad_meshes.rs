@@ -5,8 +5,11 @@ use std::time::Duration;
 
 use super::{Folder, ndf};
 
+/// A key of `info` and its value, for files that can be read.
+type Figure = Option<(&'static str, i64)>;
+
 /// Small files, one for each kind of defect, and a figure of `info` if it can be read.
-fn made(folder: &Folder) -> Vec<(&'static str, Option<(&'static str, i64)>)> {
+fn made(folder: &Folder) -> Vec<(&'static str, Figure)> {
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\n";
     let header = |vertices: usize, faces: usize| {
         format!(
@@ -22,7 +25,7 @@ fn made(folder: &Folder) -> Vec<(&'static str, Option<(&'static str, i64)>)> {
         soup.extend([0.0, 0.0, 1.0].iter().chain(&corners).flat_map(|c: &f32| c.to_le_bytes()));
         soup.extend([0; 2]);
     }
-    let cases: Vec<(&str, Vec<u8>, Option<(&str, i64)>)> = vec![
+    let cases: Vec<(&str, Vec<u8>, Figure)> = vec![
         ("fin.obj", format!("{corners}f 1 2 3\nf 1 2 4\nf 1 2 5\n").into(), Some(("nonmanifold_edges", 1))),
         (
             "fans.obj",

@@ -1,5 +1,7 @@
 //! The program as its users meet it: exit codes, streams, files.
 
+#![allow(clippy::unwrap_used, reason = "all of this file is test code")]
+
 mod bad_meshes;
 mod commands;
 

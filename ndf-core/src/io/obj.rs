@@ -15,7 +15,7 @@ use super::{Content, Parsed};
 use crate::TriangleMesh;
 
 /// First words of the lines of OBJ files.
-const KEYWORDS: [&str; 11] = ["v", "vn", "vt", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"];
+const KEYWORDS: [&str; 10] = ["v", "vn", "vt", "f", "l", "o", "g", "s", "mtllib", "usemtl"];
 
 /// Whether a file looks like OBJ: text in which a line begins as OBJ lines do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
