@@ -10,8 +10,11 @@
 //! ```
 
 use base64::Engine;
+use ndf_core::io::VertexScalars;
+use ndf_core::{Progress, TriangleMesh};
 
-use crate::render::Legend;
+use crate::output::{Failure, readable};
+use crate::render::{Camera, ColourMap, Legend, Scene, Style, View, png_bytes, render};
 
 /// A page under construction: sections in the order they are added. Texts are escaped; none can add markup.
 #[derive(Clone, Debug)]
@@ -29,6 +32,53 @@ pub struct Figure {
     pub caption: String,
     /// Scale of its colours.
     pub legend: Option<Legend>,
+}
+
+/// How the mesh of a figure is taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot {
+    /// The side it is seen from.
+    pub view: View,
+    /// How it is drawn.
+    pub style: Style,
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Default for Shot {
+    fn default() -> Self {
+        Self { view: View::default(), style: Style::default(), width: 720, height: 540 }
+    }
+}
+
+impl Figure {
+    /// A picture of a mesh, coloured by a scalar if one is given.
+    ///
+    /// # Errors
+    /// If the picture is larger than PNG allows.
+    ///
+    /// # Panics
+    /// If the scalar has not one value a vertex.
+    pub fn of_mesh(
+        mesh: &TriangleMesh,
+        scalar: Option<&VertexScalars>,
+        caption: &str,
+        shot: &Shot,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        let camera = Camera::framing(mesh.positions(), shot.view, shot.width, shot.height);
+        let mut scene = Scene::new(mesh);
+        let mut legend = None;
+        if let Some(scalar) = scalar {
+            let map = ColourMap::of(&scalar.values);
+            legend = Some(map.legend(17));
+            scene = scene.painted(&scalar.values, map);
+        }
+        let png = png_bytes(&render(&scene, &camera, &shot.style, progress), false)?;
+        Ok(Self { png, caption: caption.to_owned(), legend })
+    }
 }
 
 impl Report {
@@ -106,7 +156,7 @@ impl Report {
 /// A bar of the colours with the values at its ends.
 fn legend_bar(legend: &Legend) -> String {
     let stops: Vec<String> = legend.stops.iter().map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
-    let (low, high) = (crate::output::readable(legend.low), crate::output::readable(legend.high));
+    let (low, high) = (readable(legend.low), readable(legend.high));
     format!(
         "<div class=\"legend\"><span>{low}</span><i style=\"background:linear-gradient(to right,{})\"></i><span>{high}</span></div>",
         stops.join(",")
@@ -149,6 +199,20 @@ mod tests {
         assert!(!page.contains("<script") && !page.contains("\" onload"));
         assert_eq!(page.matches("</style>").count(), 1);
         assert_eq!(page.matches("&lt;script&gt;").count(), 10);
+    }
+
+    #[test]
+    fn a_painted_mesh_becomes_a_figure_with_its_legend() {
+        let mesh = ndf_core::mesh::shapes::icosphere(2);
+        let values = mesh.positions().iter().map(|p| p.y as f32).collect();
+        let height = VertexScalars { name: "height".into(), values };
+        let shot = Shot { width: 60, height: 40, ..Shot::default() };
+        let figure = Figure::of_mesh(&mesh, Some(&height), "height", &shot, &ndf_core::NoProgress).unwrap();
+        assert!(figure.png.starts_with(b"\x89PNG"));
+        let legend = figure.legend.unwrap();
+        assert_eq!((legend.low, legend.high, legend.stops.len()), (-1.0, 1.0, 17));
+        // Blue, white, red.
+        assert!(legend.stops[0][2] > legend.stops[0][0] && legend.stops[16][0] > legend.stops[16][2]);
     }
 
     #[test]
