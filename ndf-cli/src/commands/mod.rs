@@ -3,6 +3,7 @@
 pub mod extract;
 pub mod fit;
 pub mod info;
+pub mod measure;
 pub mod mesh;
 pub mod render;
 pub mod sample;
@@ -26,6 +27,8 @@ pub enum Command {
     Info(info::Arguments),
     /// Mesh a surface directly, without learning
     Mesh(mesh::Arguments),
+    /// Tell how far a mesh is from a reference, both ways
+    Measure(measure::Arguments),
     /// Make a picture of a mesh
     Render(render::Arguments),
     /// Write a built-in shape
@@ -43,6 +46,7 @@ impl Command {
             Self::Extract(arguments) => extract::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
+            Self::Measure(arguments) => measure::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
         }
