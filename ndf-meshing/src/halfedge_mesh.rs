@@ -55,6 +55,12 @@ impl HalfedgeMesh {
         ManifoldMesh::try_from(mesh).expect("collapses and flips keep a manifold")
     }
 
+    /// The mesh as it is; only where no face or vertex is gone.
+    pub(crate) fn to_triangle_mesh(&self) -> TriangleMesh {
+        let faces = self.tails.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect();
+        TriangleMesh::new(self.positions.clone(), faces).expect("no face is gone")
+    }
+
     pub(crate) fn face_count(&self) -> usize {
         self.face_count
     }

@@ -17,4 +17,4 @@ pub mod triangle_shape;
 pub use base_mesh::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
 pub use decimation::{Decimated, DecimationOptions, decimate};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
-pub use remeshing::{FinalPassOptions, Improved, improve};
+pub use remeshing::{FinalPassOptions, Improved, Target, improve};
