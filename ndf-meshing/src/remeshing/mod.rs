@@ -45,8 +45,8 @@ pub struct FinalPassOptions {
     /// Vertices move along the surface only while a face around them has a lower quality (4 √3 area / sum of
     /// squared sides, 1 for an equilateral triangle) than this.
     pub wanted_quality: f64,
-    /// How much the root-mean-square distance between the mesh and the surface may grow over the whole pass, as a
-    /// share of what it was. It usually shrinks.
+    /// By what share of itself the root-mean-square distance between mesh and surface may grow in a round. A
+    /// round that exceeds it is undone, and fewer vertices move in the next.
     pub allowed_growth: f64,
 }
 
@@ -94,7 +94,7 @@ pub fn improve(
         let flips = flips::flip_near(&mut next, target.surface, after);
         relaxation::relax(&mut next, wanted);
         let distance = fitting::fit(&mut next, target);
-        if distance <= (before * (1.0 + options.allowed_growth)).min(after * ROUND_GROWTH) {
+        if distance <= after * (1.0 + options.allowed_growth) {
             (work, after, flipped) = (next, distance, flipped + flips);
         } else {
             // Undone; try again with fewer vertices moved.
@@ -105,8 +105,6 @@ pub fn improve(
     Improved { mesh: work.into_manifold(), flips: flipped, distance: Some([before, after]) }
 }
 
-/// A round may take the mesh this much further from the surface than the one before.
-const ROUND_GROWTH: f64 = 1.02;
 /// A vertex may turn a face by the angle with this cosine in one move.
 const TURN: f64 = 0.5;
 
