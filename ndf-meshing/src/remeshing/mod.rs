@@ -109,7 +109,7 @@ pub fn improve(
 const TURN: f64 = 0.5;
 
 /// The worst quality around a vertex moved to `position`; `None` if a face would turn too far.
-fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
+pub(crate) fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
     let mut worst = f64::INFINITY;
     for o in mesh.fan(v) {
         let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
