@@ -1,7 +1,7 @@
 //! The final pass over a base mesh: better-shaped triangles, no further from the surface.
 //!
-//! Every round [flips](flips) edges towards Delaunay, [moves](relaxation) vertices of badly shaped faces along
-//! the surface, and [fits](fitting) the vertices to the surface by least squares. A round that takes the mesh
+//! Every round flips edges towards Delaunay, moves vertices of badly shaped faces along
+//! the surface, and fits the vertices to the surface by least squares. A round that takes the mesh
 //! further from the surface than allowed is undone.
 
 mod fitting;
