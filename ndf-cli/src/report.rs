@@ -54,7 +54,7 @@ impl Default for Shot {
 }
 
 impl Figure {
-    /// A picture of a mesh, coloured by a scalar if one is given.
+    /// A picture of a mesh, coloured by a scalar and its map if they are given.
     ///
     /// # Errors
     /// If the picture is larger than PNG allows.
@@ -63,7 +63,7 @@ impl Figure {
     /// If the scalar has not one value a vertex.
     pub fn of_mesh(
         mesh: &TriangleMesh,
-        scalar: Option<&VertexScalars>,
+        scalar: Option<(&VertexScalars, ColourMap)>,
         caption: &str,
         shot: &Shot,
         progress: &dyn Progress,
@@ -71,8 +71,7 @@ impl Figure {
         let camera = Camera::framing(mesh.positions(), shot.view, shot.width, shot.height);
         let mut scene = Scene::new(mesh);
         let mut legend = None;
-        if let Some(scalar) = scalar {
-            let map = ColourMap::of(&scalar.values);
+        if let Some((scalar, map)) = scalar {
             legend = Some(map.legend(17));
             scene = scene.painted(&scalar.values, map);
         }

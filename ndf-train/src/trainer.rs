@@ -114,10 +114,10 @@ pub fn fit(
     while trainer.epoch < settings.epochs {
         let epoch = trainer.epoch;
         if epoch.is_multiple_of(50) {
-            let loss: f64 = losses.map_or(f64::NAN, |l: EpochLosses| l.projection.sqrt());
-            let stage =
-                if loss.is_nan() { "training".into() } else { format!("training, distance {loss:.2e}") };
-            progress.report(&stage, epoch as f64 / settings.epochs as f64);
+            if let Some(EpochLosses { projection, .. }) = losses {
+                progress.detail(&format!("distance {:.2e}", projection.sqrt()));
+            }
+            progress.report("training", epoch as f64 / settings.epochs as f64);
         }
         let out_of_time = settings.time_limit.is_some_and(|limit| trainer.started.elapsed() >= limit);
         if out_of_time || progress.cancelled() {

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod demo;
 pub mod extract;
 pub mod fit;
 pub mod info;
@@ -19,6 +20,8 @@ use crate::output::{Failure, Outcome};
 /// What the program can be asked to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Show the whole way from an input, or a built-in shape, to a report with pictures
+    Demo(demo::Arguments),
     /// Learn a surface: a model of a few tens of kilobytes
     Fit(fit::Arguments),
     /// Make a mesh of a model, as fine as is asked for
@@ -42,6 +45,7 @@ impl Command {
     /// With one sentence, if the work failed.
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
+            Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
