@@ -43,7 +43,7 @@ pub fn tessellate(
     edge_length: f64,
     most_faces: usize,
 ) -> Result<Tessellation, TessellationError> {
-    if !(edge_length > 0.0) {
+    if edge_length.is_nan() || edge_length <= 0.0 {
         return Err(TessellationError::EdgeLength(edge_length));
     }
     let mut triangles = Triangles::of_base(field);

@@ -66,6 +66,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         std::slice::from_ref(&stage.field_error),
     )?;
 
+    write_mesh(
+        &folder.join("base.ply"),
+        fitted.base.as_triangle_mesh(),
+        std::slice::from_ref(&stage.base_error),
+    )?;
+
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);
     let page = page(&name, &fitted, &surface, &stage, &rows, context)?;
