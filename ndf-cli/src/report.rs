@@ -206,7 +206,14 @@ mod tests {
         let values = mesh.positions().iter().map(|p| p.y as f32).collect();
         let height = VertexScalars { name: "height".into(), values };
         let shot = Shot { width: 60, height: 40, ..Shot::default() };
-        let figure = Figure::of_mesh(&mesh, Some(&height), "height", &shot, &ndf_core::NoProgress).unwrap();
+        let figure = Figure::of_mesh(
+            &mesh,
+            Some((&height, ColourMap::of(&height.values))),
+            "height",
+            &shot,
+            &ndf_core::NoProgress,
+        )
+        .unwrap();
         assert!(figure.png.starts_with(b"\x89PNG"));
         let legend = figure.legend.unwrap();
         assert_eq!((legend.low, legend.high, legend.stops.len()), (-1.0, 1.0, 17));

@@ -8,11 +8,10 @@ use clap::Args;
 use ndf_core::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_core::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
 use ndf_core::{ManifoldMesh, TriangleMesh, TriangleTree};
-use ndf_train::Settings;
 use serde_json::json;
 
 use super::extract::{EdgeLength, extracted};
-use super::fit::{Fitted, fit_file};
+use super::fit::{Fitted, Training, fit_file};
 use super::sample::Shape;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, grouped, table};
@@ -33,6 +32,8 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(short, long, value_name = "DIR", default_value = "ndf-demo")]
     output: PathBuf,
+    #[command(flatten)]
+    training: Training,
 }
 
 /// Fits, extracts, measures and pictures.
@@ -51,7 +52,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let settings = Settings { seed: context.seed(), ..Settings::default() };
+    let settings = arguments.training.settings(context.seed());
     let fitted = fit_file(&input, None, BASE_FACES, &settings, context)?;
     let bytes = fitted.model.to_bytes();
     write(&folder.join("model.ndf"), &bytes)?;
@@ -61,13 +62,13 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let seconds_extracting = before.elapsed().as_secs_f64();
     let stage = Stage::compared(&fitted, &surface, context)?;
     write_mesh(
-        &folder.join("surface.ply"),
+        folder.join("surface.ply"),
         surface.as_triangle_mesh(),
         std::slice::from_ref(&stage.field_error),
     )?;
 
     write_mesh(
-        &folder.join("base.ply"),
+        folder.join("base.ply"),
         fitted.base.as_triangle_mesh(),
         std::slice::from_ref(&stage.base_error),
     )?;

@@ -132,6 +132,8 @@ fn walk(folder: &Folder, name: &str) {
         &["measure", "cube.obj", name, "--samples", "1000"],
         &["measure", name, "cube.obj", "--samples", "1000"],
         &["render", name, "-o", "out.png", "--size", "32,24", "--wireframe"],
+        &["fit", name, "-o", "out.ndf", "--epochs", "5", "--samples", "256", "--base-faces", "500"],
+        &["mesh", name, "-o", "out.ply", "--grid", "24"],
     ] {
         let run = ndf(&folder.0, arguments);
         assert!(run.elapsed < Duration::from_secs(60), "{arguments:?} took {:?}", run.elapsed);
@@ -140,9 +142,11 @@ fn walk(folder: &Folder, name: &str) {
             1 => assert!(run.sentence().len() < 600, "{}", run.stderr),
             code => panic!("{arguments:?} ended with {code}: {}", run.stderr),
         }
-        let has_output = folder.0.join("out.png").exists();
-        assert_eq!(has_output, arguments[0] == "render" && run.code == 0, "{arguments:?}");
-        let _ = std::fs::remove_file(folder.0.join("out.png"));
+        let output = arguments.iter().find(|a| a.starts_with("out."));
+        if let Some(output) = output {
+            assert_eq!(folder.0.join(output).exists(), run.code == 0, "{arguments:?}");
+            let _ = std::fs::remove_file(folder.0.join(output));
+        }
         assert_eq!(folder.files(), before, "{arguments:?} left something");
     }
 }

@@ -4,6 +4,7 @@
 
 mod bad_meshes;
 mod commands;
+mod learning;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -5,7 +5,6 @@
 
 #![allow(
     clippy::too_many_arguments,
-    clippy::needless_range_loop,
     clippy::manual_memcpy,
     reason = "kernels take matrices as slices and strides; loops over tiles of constant size unroll when indexed"
 )]
