@@ -59,7 +59,7 @@ fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
     let mut row = String::new();
     writeln!(
         row,
-        "| {name} | {} | {:.4} / {:.4} % | {:.4} / {:.4} % | {:.2} / {:.2} | {:.2} → {:.2} % | {:.3} % | {:.0} s | {:.0} kB |",
+        "| {name} | {} | {:.4} / {:.4} % | {:.4} / {:.4} % | {:.3} / {:.3} | {:.2} → {:.2} % | {:.3} % | {:.0} s | {:.0} kB |",
         reference.face_count(),
         share(before),
         share(before_back),
