@@ -1,7 +1,7 @@
 //! Learning a displacement field from any [`Surface`](ndf_core::Surface).
 //!
-//! The way of a sample through an epoch: [`batch`] draws it on the base mesh and now and then projects its image
-//! onto the surface; [`step`] carries it through g and back, one block at a time; [`optimiser`] moves the
+//! The way of a sample through an epoch: `batch` draws it on the base mesh and now and then projects its image
+//! onto the surface; `step` carries it through g and back, one block at a time; `optimiser` moves the
 //! parameters. [`fit`] turns the crank and says what came out.
 
 mod batch;
