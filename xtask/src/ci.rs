@@ -18,5 +18,8 @@ pub(crate) fn run() -> Result<(), String> {
     ]))?;
     // The README's command; doc tests are among these.
     shell::run(&mut cargo(&["test", "--workspace", "--release", "--locked"]))?;
-    shell::run(cargo(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
+    shell::run(
+        cargo(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
+            .env("RUSTDOCFLAGS", "-D warnings"),
+    )
 }
