@@ -11,6 +11,7 @@
 pub mod commands;
 pub mod context;
 pub mod input;
+pub mod interrupt;
 pub mod output;
 pub mod progress;
 pub mod render;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::fit_file;
+use ndf_cli::commands::fit::{Job, fit_file};
 use ndf_cli::context::{Context, Options};
 use ndf_core::metrics::{MeasureOptions, measure};
 use ndf_train::Settings;
@@ -47,7 +47,8 @@ pub(crate) fn run(data: &Path) -> Result<(), String> {
 
 fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-    let fitted = fit_file(path, None, BASE_FACES, &Settings::default(), context).map_err(|e| say(&e))?;
+    let (fitted, _) =
+        fit_file(&Job::new(path, BASE_FACES, Settings::default()), context).map_err(|e| say(&e))?;
     let surface = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
     let reference = fitted.input.manifold.as_ref().map_err(|e| say(e))?.as_triangle_mesh();
     let options = MeasureOptions::default();

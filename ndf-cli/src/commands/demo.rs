@@ -11,9 +11,10 @@ use ndf_core::{ManifoldMesh, TriangleMesh, TriangleTree};
 use serde_json::json;
 
 use super::extract::{EdgeLength, extracted};
-use super::fit::{Fitted, Training, fit_file};
+use super::fit::{Fitted, Job, Training, fit_file};
 use super::sample::Shape;
 use crate::context::Context;
+use crate::interrupt;
 use crate::output::{Failure, Outcome, grouped, table};
 use crate::render::{ColourMap, Style};
 use crate::report::{Figure, Report, Shot};
@@ -53,7 +54,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         }
     };
     let settings = arguments.training.settings(context.seed());
-    let fitted = fit_file(&input, None, BASE_FACES, &settings, context)?;
+    let (fitted, _) = fit_file(&Job::new(&input, BASE_FACES, settings), context)?;
+    if interrupt::is_requested() {
+        return Err(Failure::new("interrupted"));
+    }
     let bytes = fitted.model.to_bytes();
     write(&folder.join("model.ndf"), &bytes)?;
 

@@ -131,3 +131,84 @@ fn the_demo_writes_all_it_promises() {
     assert!(page.matches("data:image/png;base64,").count() >= 5);
     assert!(!page.contains("http://") && !page.contains("https://"));
 }
+
+/// An interrupted run leaves a checkpoint and no model; resumed, it ends as if nothing had happened.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_is_resumed_without_a_trace() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("resumed");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let run = ["--epochs", "2500", "--samples", "512", "--base-faces", "400", "--quiet"];
+    let unbroken = [&["fit", "torus.ply", "-o", "unbroken.ndf"], &run[..]].concat();
+    assert_eq!(ndf(&folder.0, &unbroken).code, 0);
+
+    let mut broken = Command::new(env!("CARGO_BIN_EXE_ndf"))
+        .current_dir(&folder.0)
+        .args(["fit", "torus.ply", "-o", "broken.ndf", "--log", "log.jsonl"])
+        .args(run)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The log appears when training begins.
+    while !folder.0.join("log.jsonl").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    Command::new("kill").args(["-TERM", &broken.id().to_string()]).status().unwrap();
+    let code = broken.wait().unwrap().code();
+    if code == Some(0) {
+        eprintln!("skipped: the run ended before it could be interrupted");
+        return;
+    }
+    assert_eq!(code, Some(1));
+    assert!(!folder.0.join("broken.ndf").exists());
+    let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
+    assert_eq!(ndf(&folder.0, &resumed).code, 0);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(read("broken.ndf") == read("unbroken.ndf"));
+
+    let log = String::from_utf8(read("log.jsonl")).unwrap();
+    for line in log.lines() {
+        let record: serde_json::Value = serde_json::from_str(line).unwrap();
+        for key in
+            ["epoch", "rate", "projection", "cycle", "flipped_fraction", "seconds", "seconds_projecting"]
+        {
+            assert!(record[key].is_number(), "{key}: {line}");
+        }
+    }
+    assert!(
+        ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "torus.ply"])
+            .sentence()
+            .contains("checkpoint")
+    );
+    assert_eq!(
+        ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "c", "--epochs", "5"]).code,
+        2
+    );
+}
+
+#[test]
+fn anchors_and_all_losses_are_accepted_and_nonsense_refused() {
+    let folder = Folder::new("anchors");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    folder.write("anchors.txt", "# base, then target\n1.4 0 0  1.4 0 0\n\n-1.4 0 0 -1.4 0.01 0\n");
+    let more = [
+        "--anchors",
+        "anchors.txt",
+        "--lambda-d",
+        "1",
+        "--lambda-n",
+        "10",
+        "--lambda-f",
+        "1",
+        "--lambda-p",
+        "1e3",
+    ];
+    assert_eq!(fitted(&folder, "a.ndf", &more)["epochs"], 60);
+    assert_eq!(fitted(&folder, "p.ndf", &["--preset", "paper"])["epochs"], 1060);
+    folder.write("bad.txt", "1 2 3 4 5\n");
+    let bad = ndf(&folder.0, &["fit", "torus.ply", "-o", "b.ndf", "--anchors", "bad.txt"]);
+    assert!(bad.sentence().contains("line 1"));
+    assert!(!folder.0.join("b.ndf").exists());
+}
