@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::kernels::{add_row_sums, add_transposed_product, product};
+use super::kernels::{Finish, add_row_sums, add_transposed_product, product};
 use super::{Activations, BLOCK, Packed, padded};
 
 /// Gradients by all parameters of a network, in the layout of the kernels, and room for the deltas of a
@@ -83,7 +83,7 @@ pub fn backward<S: Simd>(
 ) {
     reverse(simd, packed, activations, activations, gradients, input);
     for (delta, biases) in gradients.deltas[1..].iter().zip(&mut gradients.biases) {
-        add_row_sums(delta, biases);
+        add_row_sums(simd, delta, biases);
     }
 }
 
@@ -123,13 +123,9 @@ fn reverse<S: Simd>(
         if l == 0 && input == InputGradient::Unwanted {
             break;
         }
-        product(simd, delta_out, out_width, layer.outputs, &layer.by_output, in_width, &[], delta_in);
-        if l > 0 {
-            debug_assert_eq!(level.len(), BLOCK * in_width);
-            for (d, &h) in delta_in.iter_mut().zip(&signs.levels[l]) {
-                *d = if h > 0.0 { *d } else { 0.0 };
-            }
-        }
+        debug_assert_eq!(level.len(), BLOCK * in_width);
+        let finish = if l > 0 { Finish::Where(&signs.levels[l]) } else { Finish::Plain };
+        product(simd, delta_out, out_width, layer.outputs, &layer.by_output, in_width, &[], finish, delta_in);
     }
 }
 

@@ -41,14 +41,14 @@ fn network(shape: &MlpShape, parameters: &[f64], mut h: Vec<f64>, mut t: Vec<f64
 
 /// Positional encoding and its derivative in a direction, by the definition.
 fn encode(x: Vector, dx: Vector, octaves: usize) -> (Vec<f64>, Vec<f64>) {
-    let (mut value, mut tangent) = (Vec::new(), Vec::new());
-    for k in 0..octaves {
-        let f = std::f64::consts::PI * f64::from(1 << k);
-        value.extend([x.map(|x| (f * x).sin()), x.map(|x| (f * x).cos())].concat());
-        tangent.extend((0..3).map(|c| f * (f * x[c]).cos() * dx[c]));
-        tangent.extend((0..3).map(|c| -f * (f * x[c]).sin() * dx[c]));
-    }
-    (value, tangent)
+    let angles = |scale: Vector| {
+        (0..octaves).flat_map(move |k| scale.map(|x| std::f64::consts::PI * f64::from(1 << k) * x))
+    };
+    let sines = angles(x).map(f64::sin);
+    let cosines = angles(x).map(f64::cos);
+    let by_sine = angles(x).zip(angles(dx)).map(|(a, d)| a.cos() * d);
+    let by_cosine = angles(x).zip(angles(dx)).map(|(a, d)| -a.sin() * d);
+    (sines.chain(cosines).collect(), by_sine.chain(by_cosine).collect())
 }
 
 /// x, g(x) and the derivative of g, at the point with these barycentric coordinates, in the direction `along` of the

@@ -86,8 +86,8 @@ fn encoded<const INPUTS: usize>(
     for k in 0..octaves {
         let t = x.with_empty_tape() * (std::f32::consts::PI * (1 << k) as f32);
         let (sin, cos) = (t.with_empty_tape().sin(), t.cos());
-        sum = sum + sin.matmul(rows(row + 3 + 6 * k));
-        sum = sum + cos.matmul(rows(row + 6 + 6 * k));
+        sum = sum + sin.matmul(rows(row + 3 + 3 * k));
+        sum = sum + cos.matmul(rows(row + 3 + 3 * octaves + 3 * k));
     }
     sum
 }
