@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndf_core::io::MeshFile;
 use ndf_core::mesh::repair;
+use ndf_core::model::ModelError;
 use ndf_core::{ManifoldMesh, Model, Surface};
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
 use ndf_surfaces::MeshSurface;
@@ -129,9 +130,12 @@ impl MeshInput {
     }
 }
 
-/// Whether a file begins as a model does.
+/// Whether a file begins as a model does. A pipe is not looked into: what is read of it is gone.
 pub fn begins_as_model(path: &Path) -> bool {
     use std::io::Read;
+    if !path.is_file() {
+        return false;
+    }
     let mut beginning = [0; 8];
     let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut beginning));
     read.is_ok() && Model::is_model(&beginning)
@@ -143,10 +147,11 @@ pub fn begins_as_model(path: &Path) -> bool {
 /// If it cannot be read or is damaged.
 pub fn read_model(path: &Path) -> Result<Model, Failure> {
     Model::read(path).map_err(|e| {
-        let failure = Failure::new(format!("{}: {e}", path.display()));
+        let name = path.display();
         match e {
-            ndf_core::model::ModelError::Magic => failure.try_instead("`ndf fit` makes models"),
-            _ => failure,
+            ModelError::Io(_) => Failure::new(format!("cannot read {name}: {e}")),
+            ModelError::Magic => Failure::new(format!("{name}: {e}")).try_instead("`ndf fit` makes models"),
+            _ => Failure::new(format!("{name}: {e}")),
         }
     })
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::write_mesh;
+use ndf_core::io::{format_to_write, write_mesh};
 use ndf_core::quality::Quality;
 use ndf_core::tessellation::tessellate;
 use ndf_core::{ManifoldMesh, Model, Similarity, ValidationReport};
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::input::read_model;
-use crate::output::{Failure, Outcome, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
 /// More triangles than this are refused: their file would have over a gigabyte.
 const MOST_FACES: usize = 50_000_000;
@@ -37,10 +37,10 @@ pub struct Arguments {
 #[group(required = true, multiple = false)]
 pub struct EdgeLength {
     /// Longest edge, in the input's units.
-    #[arg(long, value_name = "H", value_parser = length)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
     /// Longest edge where the base mesh fills the box [-1.5, 1.5]³.
-    #[arg(long, value_name = "H", value_parser = length)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
 }
 
@@ -65,6 +65,8 @@ impl EdgeLength {
 /// # Errors
 /// If the model cannot be read, the edge length asks for too much, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure> {
+    format_to_write(&arguments.output)?;
+    check_place(&arguments.output)?;
     let model = read_model(&arguments.model)?;
     let started = Instant::now();
     let mesh = extracted(&model, arguments.edge_length)

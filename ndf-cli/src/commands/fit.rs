@@ -16,7 +16,10 @@ use super::read_faces;
 use crate::context::Context;
 use crate::input::MeshInput;
 use crate::interrupt;
-use crate::output::{Failure, Outcome, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+
+/// The share of the learned surface from which being turned against the input is worth a warning.
+const NOTABLY_FLIPPED: f64 = 0.01;
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -68,25 +71,25 @@ pub struct Training {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     samples: Option<u32>,
     /// Learning rate of the first epoch [default: 1e-3].
-    #[arg(long, value_name = "X", value_parser = positive)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     lr: Option<f32>,
     /// Weight of the projection loss [default: 1e4].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_p: Option<f32>,
     /// Weight of the cycle loss [default: 1e2].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_c: Option<f32>,
     /// Weight of the Dirichlet energy [default: 0].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_d: Option<f32>,
     /// Weight of the agreement of normals [default: 0].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_n: Option<f32>,
     /// Weight of local conformality [default: 0].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_f: Option<f32>,
     /// End training after this long, with what is learned by then.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
 }
 
@@ -142,6 +145,8 @@ impl Training {
 /// # Errors
 /// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    check_place(&arguments.output)?;
+    arguments.checkpoint.as_deref().map(check_place).transpose()?;
     let job = Job {
         input: &arguments.input,
         base: arguments.base.as_deref(),
@@ -264,6 +269,10 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         context.warn(&format!(
             "training diverged {times} times and went on at a smaller rate; try a smaller --lr"
         ));
+    }
+    if report.flipped_fraction > NOTABLY_FLIPPED {
+        let share = 100.0 * report.flipped_fraction;
+        context.warn(&format!("{share:.1} % of the learned surface is turned against the input"));
     }
     if report.missed_fraction > 0.0 {
         let share = 100.0 * report.missed_fraction;

@@ -22,7 +22,7 @@ use crate::output::{Failure, Outcome};
 pub enum Command {
     /// Show the whole way from an input, or a built-in shape, to a report with pictures
     Demo(demo::Arguments),
-    /// Learn a surface: a model of a few tens of kilobytes
+    /// Learn a surface: a model of about a hundred kilobytes
     Fit(fit::Arguments),
     /// Make a mesh of a model, as fine as is asked for
     Extract(extract::Arguments),

@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0, requires = "scalar", value_parser = clap::value_parser!(u32).range(..=1000))]
     isolines: u32,
     /// Side it is seen from, in degrees: around the axis that points up, and above the horizon.
-    #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = pair::<f64>)]
+    #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = angles)]
     view: (f64, f64),
     /// The axis that points up.
     #[arg(long, value_enum, default_value_t)]
@@ -134,6 +134,15 @@ fn pair<T: std::str::FromStr>(text: &str) -> Result<(T, T), String> {
     let parsed =
         text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     parsed.ok_or_else(|| "two numbers with a comma between them are expected".to_owned())
+}
+
+fn angles(text: &str) -> Result<(f64, f64), String> {
+    let (yaw, pitch): (f64, f64) = pair(text)?;
+    if yaw.is_finite() && pitch.is_finite() {
+        Ok((yaw, pitch))
+    } else {
+        Err("two finite angles are expected".to_owned())
+    }
 }
 
 fn size(text: &str) -> Result<(usize, usize), String> {

@@ -127,11 +127,13 @@ fn wrong_usage_is_told_apart_from_failure() {
         &[],
         &["info"],
         &["info", "a.obj", "--threads", "0"],
+        &["info", "a.obj", "--threads", "60000"],
         &["info", "a.obj", "--seed", "x"],
         &["render", "a.obj"],
         &["render", "a.obj", "-o", "a.png", "--size", "0,10"],
         &["render", "a.obj", "-o", "a.png", "--size", "100000,100000"],
         &["render", "a.obj", "-o", "a.png", "--view", "sideways"],
+        &["render", "a.obj", "-o", "a.png", "--view", "nan,0"],
         &["render", "a.obj", "-o", "a.png", "--isolines", "3"],
         &["sample", "teapot", "-o", "a.ply"],
         &["measure", "a.obj"],
@@ -139,6 +141,14 @@ fn wrong_usage_is_told_apart_from_failure() {
         let run = ndf(&folder.0, arguments);
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}: {}", run.stderr);
         assert!(!run.stderr.is_empty());
+    }
+    for arguments in [
+        &["fit", "a.obj", "-o", "a.ndf", "--lr", "-1"][..],
+        &["extract", "a.ndf", "-o", "a.ply", "--edge-length", "-1"],
+        &["mesh", "a.obj", "-o", "a.ply", "--edge-length", "-0.5"],
+    ] {
+        let run = ndf(&folder.0, arguments);
+        assert!(run.code == 2 && run.stderr.contains("a positive number is expected"), "{}", run.stderr);
     }
     for arguments in [["--help", "--json"], ["--version", "--json"], ["render", "--help"]] {
         assert_eq!(ndf(&folder.0, &arguments).code, 0);
@@ -153,8 +163,21 @@ fn wrong_usage_is_told_apart_from_failure() {
         &["sample", "mesh", "-o", "none/a.ply"],
         &["sample", "mesh", "-o", "."],
         &["measure", "a.obj", "none.obj"],
+        &["extract", "none.ndf", "-o", "b.ply", "--edge-length", "1"],
     ] {
         ndf(&folder.0, arguments).sentence();
+    }
+    // Where the result cannot be written is said before the work, which would fail otherwise.
+    for (arguments, expected) in [
+        (&["fit", "none.obj", "-o", "none/a.ndf"][..], "there is no folder none"),
+        (&["fit", "none.obj", "-o", "."], "it is a folder"),
+        (&["mesh", "none.obj", "-o", "none/a.ply"], "there is no folder none"),
+        (&["mesh", "none.obj", "-o", "a.xyz"], "a.xyz"),
+        (&["extract", "none.ndf", "-o", "none/a.ply", "--edge-length", "1"], "there is no folder none"),
+        (&["extract", "none.ndf", "-o", "a.off", "--edge-length", "1"], "a.off"),
+    ] {
+        let run = ndf(&folder.0, arguments);
+        assert!(run.sentence().contains(expected), "{}", run.stderr);
     }
     assert_eq!(folder.files(), ["a.obj"]);
 }
