@@ -4,8 +4,18 @@
 //! Delaunay flips run on.
 
 pub mod delta_complex;
+mod edits;
+pub mod integer_coordinates;
 pub mod intrinsic_mesh;
+pub mod intrinsic_triangulation;
+mod locating;
+pub mod normal_coordinates;
+mod planar;
+pub mod tracing;
 pub mod triangle;
 
 pub use delta_complex::{DeltaComplex, NO_HALFEDGE, TopologyError};
+pub use integer_coordinates::IntegerCoordinates;
 pub use intrinsic_mesh::{IntrinsicMesh, IntrinsicMeshError, Mollification};
+pub use intrinsic_triangulation::{FlipError, InsertError, IntrinsicTriangulation, MoveError, RemoveError};
+pub use tracing::Crossing;
