@@ -3,10 +3,11 @@
 use ndf_core::sampling::FaceSample;
 use ndf_core::{ManifoldMesh, SurfacePoint};
 
+use crate::delaunay::Quad;
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
 use crate::locating::Located;
-use crate::planar::{Point, distance, orientation, third_corner};
+use crate::planar::distance;
 use crate::tracing::{Crossing, Strip};
 use crate::triangle;
 
@@ -119,22 +120,6 @@ impl<'m> IntrinsicTriangulation<'m> {
         SurfacePoint::snapped(self.input(), place.face, place.barycentric, 0.0)
     }
 
-    /// Corners of the two faces of an edge in the plane: tail, tip, left and right.
-    #[inline]
-    pub(crate) fn quad(&self, edge: u32) -> Option<[Point; 4]> {
-        let mesh = self.mesh();
-        let h = mesh.edge_halfedge(edge);
-        let t = mesh.twin(h)?;
-        if t / 3 == h / 3 {
-            return None;
-        }
-        let left = mesh.sides_from(h);
-        let (i, j) = ([0.0, 0.0], [left[0], 0.0]);
-        let k = triangle::apex(left);
-        let l = third_corner(j, i, mesh.sides_from(t));
-        Some([i, j, k, l])
-    }
-
     /// Replaces an edge by the other diagonal of its quad. O(1).
     ///
     /// # Errors
@@ -143,12 +128,11 @@ impl<'m> IntrinsicTriangulation<'m> {
     /// # Panics
     /// If the edge does not exist.
     pub fn flip(&mut self, edge: u32) -> Result<(), FlipError> {
-        let [i, j, k, l] = self.quad(edge).ok_or(FlipError::NotTwoFaces(edge))?;
-        let turns = |a, b, c| orientation(a, b, c) > STRAIGHT * distance(a, b) * distance(a, c);
-        if !(turns(i, l, k) && turns(j, k, l)) {
+        let quad = Quad::of(self.mesh(), edge).ok_or(FlipError::NotTwoFaces(edge))?;
+        if !quad.is_convex(STRAIGHT) {
             return Err(FlipError::NotConvex(edge));
         }
-        self.coordinates.flip(edge, distance(k, l));
+        self.coordinates.flip(edge, quad.other_diagonal());
         Ok(())
     }
 

@@ -3,6 +3,7 @@
 //! [`IntrinsicMesh`] is an oriented Δ-complex of triangles with edge lengths: what geodesics, Laplacians and
 //! Delaunay flips run on.
 
+pub mod delaunay;
 pub mod delta_complex;
 mod edits;
 pub mod integer_coordinates;
@@ -14,6 +15,7 @@ mod planar;
 pub mod tracing;
 pub mod triangle;
 
+pub use delaunay::DelaunayReport;
 pub use delta_complex::{DeltaComplex, NO_HALFEDGE, TopologyError};
 pub use integer_coordinates::IntegerCoordinates;
 pub use intrinsic_mesh::{IntrinsicMesh, IntrinsicMeshError, Mollification};
