@@ -107,44 +107,86 @@ impl Quad {
     }
 }
 
-impl IntegerCoordinates<'_> {
-    /// The four edges around the two faces of an edge.
+/// A triangulation whose edges can be flipped.
+pub(crate) trait Flip {
+    /// Connectivity and lengths.
+    fn mesh(&self) -> &IntrinsicMesh;
+
+    /// Flips an edge with two different faces, if that is allowed, and gives it a new length; whether it did.
+    fn flip(&mut self, edge: u32, length: f64) -> bool;
+}
+
+impl Flip for IntrinsicMesh {
     #[inline]
-    pub(crate) fn quad_edges(&self, edge: u32) -> [u32; 4] {
-        let h = self.mesh.edge_halfedge(edge);
-        let t = self.mesh.halfedges[h as usize].twin;
-        [self.mesh.next(h), self.mesh.previous(h), self.mesh.next(t), self.mesh.previous(t)]
-            .map(|h| self.mesh.halfedge_edge(h))
+    fn mesh(&self) -> &IntrinsicMesh {
+        self
     }
 
-    /// Flips queued edges and those around them until all are Delaunay in the metric of the lengths. `flipped`
-    /// is told every edge after its flip.
-    pub(crate) fn flip_to_delaunay(
-        &mut self,
-        queue: &mut EdgeQueue,
-        mut flipped: impl FnMut(&Self, u32),
-    ) -> DelaunayReport {
-        let mut report = DelaunayReport::default();
-        let most = MOST_FLIPS_PER_EDGE.saturating_mul(self.mesh.edge_count());
-        while let Some(edge) = queue.pop() {
-            let Some(quad) = Quad::of(&self.mesh, edge) else { continue };
-            if !quad.is_violating() {
-                continue;
-            }
-            if !quad.is_convex(0.0) {
-                report.stuck += 1;
-                continue;
-            }
-            if report.flips == most {
-                report.stopped = true;
-                break;
-            }
-            self.flip(edge, quad.other_diagonal());
-            report.flips += 1;
-            self.quad_edges(edge).into_iter().for_each(|e| queue.push(e));
-            flipped(self, edge);
+    #[inline]
+    fn flip(&mut self, edge: u32, length: f64) -> bool {
+        let h = self.edge_halfedge(edge);
+        self.complex.flip(h);
+        self.lengths[edge as usize] = length;
+        true
+    }
+}
+
+impl Flip for IntegerCoordinates<'_> {
+    #[inline]
+    fn mesh(&self) -> &IntrinsicMesh {
+        &self.mesh
+    }
+
+    #[inline]
+    fn flip(&mut self, edge: u32, length: f64) -> bool {
+        self.flip(edge, length);
+        true
+    }
+}
+
+/// The four edges around the two faces of an inner edge.
+#[inline]
+pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: u32) -> [u32; 4] {
+    let h = mesh.edge_halfedge(edge);
+    let t = mesh.halfedges[h as usize].twin;
+    [mesh.next(h), mesh.previous(h), mesh.next(t), mesh.previous(t)].map(|h| mesh.halfedge_edge(h))
+}
+
+/// Flips queued edges and those around them until all are Delaunay in the metric of the lengths. `flipped` is
+/// told every edge after its flip.
+pub(crate) fn flip_to_delaunay<T: Flip>(
+    triangulation: &mut T,
+    queue: &mut EdgeQueue,
+    mut flipped: impl FnMut(&T, u32),
+) -> DelaunayReport {
+    let mut report = DelaunayReport::default();
+    let most = MOST_FLIPS_PER_EDGE.saturating_mul(triangulation.mesh().edge_count());
+    while let Some(edge) = queue.pop() {
+        let Some(quad) = Quad::of(triangulation.mesh(), edge) else { continue };
+        if !quad.is_violating() {
+            continue;
         }
-        report
+        if !quad.is_convex(0.0) {
+            report.stuck += 1;
+            continue;
+        }
+        if report.flips == most {
+            report.stopped = true;
+            break;
+        }
+        triangulation.flip(edge, quad.other_diagonal());
+        report.flips += 1;
+        quad_edges(triangulation.mesh(), edge).into_iter().for_each(|e| queue.push(e));
+        flipped(triangulation, edge);
+    }
+    report
+}
+
+impl IntrinsicMesh {
+    /// Flips edges until the mesh is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
+    pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
+        let mut queue = EdgeQueue::all(self.edge_count());
+        flip_to_delaunay(self, &mut queue, |_, _| {})
     }
 }
 
@@ -152,6 +194,6 @@ impl IntrinsicTriangulation<'_> {
     /// Flips edges until the triangulation is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
     pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
         let mut queue = EdgeQueue::all(self.mesh().edge_count());
-        self.coordinates.flip_to_delaunay(&mut queue, |_, _| {})
+        flip_to_delaunay(&mut self.coordinates, &mut queue, |_, _| {})
     }
 }

@@ -156,14 +156,7 @@ impl<'m> IntegerCoordinates<'m> {
         before / 3
     }
 
-    /// Whether the combinatorics allow to flip an edge: it is an inner edge with two different faces.
-    #[inline]
-    pub(crate) fn has_two_faces(&self, edge: u32) -> bool {
-        let h = self.mesh.complex.edge_halfedge(edge);
-        self.mesh.complex.twin(h).is_some_and(|t| t / 3 != h / 3)
-    }
-
-    /// Flips an edge that [has two faces](Self::has_two_faces) and gives it a new length.
+    /// Flips an edge with two different faces and gives it a new length.
     #[inline]
     pub(crate) fn flip(&mut self, edge: u32, length: f64) {
         let h = self.mesh.complex.edge_halfedge(edge);

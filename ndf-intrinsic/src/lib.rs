@@ -6,6 +6,7 @@
 pub mod delaunay;
 pub mod delta_complex;
 mod edits;
+pub mod extraction;
 pub mod integer_coordinates;
 pub mod intrinsic_mesh;
 pub mod intrinsic_triangulation;
@@ -17,6 +18,7 @@ pub mod triangle;
 
 pub use delaunay::DelaunayReport;
 pub use delta_complex::{DeltaComplex, NO_HALFEDGE, TopologyError};
+pub use extraction::{Extraction, ExtractionError, ExtractionOptions, ExtractionReport, extract};
 pub use integer_coordinates::IntegerCoordinates;
 pub use intrinsic_mesh::{IntrinsicMesh, IntrinsicMeshError, Mollification};
 pub use intrinsic_triangulation::{FlipError, InsertError, IntrinsicTriangulation, MoveError, RemoveError};
