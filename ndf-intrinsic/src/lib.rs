@@ -13,6 +13,7 @@ pub mod intrinsic_triangulation;
 mod locating;
 pub mod normal_coordinates;
 mod planar;
+pub mod refinement;
 pub mod tracing;
 pub mod triangle;
 
@@ -22,4 +23,5 @@ pub use extraction::{Extraction, ExtractionError, ExtractionOptions, ExtractionR
 pub use integer_coordinates::IntegerCoordinates;
 pub use intrinsic_mesh::{IntrinsicMesh, IntrinsicMeshError, Mollification};
 pub use intrinsic_triangulation::{FlipError, InsertError, IntrinsicTriangulation, MoveError, RemoveError};
+pub use refinement::{RefinementOptions, RefinementReport};
 pub use tracing::Crossing;

@@ -2,8 +2,9 @@
 
 use ndf_core::DVec3;
 
-use super::chords::flip_all;
+use super::chords::flip_towards_delaunay;
 use super::{Surface, Work};
+use crate::delaunay::EdgeQueue;
 
 /// Edges shorter than this many h are collapsed.
 const SHORT: f64 = 0.7;
@@ -19,21 +20,19 @@ const MOST_PASSES: usize = 40;
 /// Collapses edges shorter than 0.7 h where topology and geometry allow, pass by pass.
 pub(super) fn collapse_short(surface: &mut Surface, h: f64, work: &mut Work) {
     for _ in 0..MOST_PASSES {
-        let collapses = pass(surface, h);
+        let collapses = pass(surface, h, work);
         work.collapses += collapses;
-        if collapses > 0 {
-            flip_all(surface, work);
-        }
         if collapses * FEW <= surface.points.len() {
             break;
         }
     }
 }
 
-fn pass(surface: &mut Surface, h: f64) -> usize {
+fn pass(surface: &mut Surface, h: f64, work: &mut Work) -> usize {
     // A vertex takes part once a pass, so that collapses do not pile up in one place.
     let mut touched = vec![false; surface.points.len()];
     let mut collapses = 0;
+    let mut kept_vertices = Vec::new();
     // Downwards: where an edge is removed the last takes its number, and that has been looked at.
     let mut edge = surface.mesh.edge_count() as u32;
     while edge > 0 {
@@ -60,6 +59,7 @@ fn pass(surface: &mut Surface, h: f64) -> usize {
         // The last vertex may be the one kept.
         let kept = if kept as usize == surface.points.len() { gone } else { kept };
         touched[kept as usize] = true;
+        kept_vertices.push(kept);
         let around: Vec<u32> = surface.mesh.outgoing(kept).collect();
         for out in around {
             let (tip, e) = (surface.mesh.tip(out), surface.mesh.halfedge_edge(out));
@@ -69,6 +69,16 @@ fn pass(surface: &mut Surface, h: f64) -> usize {
         }
         collapses += 1;
     }
+    // Vertices may have been renumbered since: then others are looked at, to no harm.
+    let mut queue = EdgeQueue::default();
+    let mesh = &surface.mesh;
+    for v in kept_vertices.into_iter().filter(|&v| (v as usize) < mesh.vertex_count()) {
+        for h in mesh.outgoing(v) {
+            queue.push(mesh.halfedge_edge(h));
+            queue.push(mesh.halfedge_edge(mesh.next(h)));
+        }
+    }
+    work.chord_flips += flip_towards_delaunay(&mut surface.mesh, &surface.points, f64::INFINITY, &mut queue);
     collapses
 }
 

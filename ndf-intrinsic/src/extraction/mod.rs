@@ -43,7 +43,7 @@ pub struct ExtractionOptions {
 impl ExtractionOptions {
     /// Triangles with sides of about `edge_length`, well shaped.
     pub fn new(edge_length: f64) -> Self {
-        Self { edge_length, most_faces: 50_000_000, relaxations: 4, collapse: true }
+        Self { edge_length, most_faces: 50_000_000, relaxations: 3, collapse: true }
     }
 }
 

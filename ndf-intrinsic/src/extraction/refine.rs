@@ -75,8 +75,10 @@ pub(super) fn refine(
         if mesh.face_count() + 2 * long.len() > options.most_faces {
             return Err(ExtractionError::TooManyFaces(options.most_faces));
         }
-        // The longest first: cutting a face at its longest side keeps its angles (Rivara 1984).
-        long.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        // The longest first, by octaves: cutting a face at its longest side keeps its angles (Rivara 1984). Within
+        // an octave in order of edges, which is one of space.
+        let octave = |length: f64| (length / limit).log2() as i32;
+        long.sort_by_key(|&(length, _)| std::cmp::Reverse(octave(length)));
         changed.clear();
         for &(_, e) in &long {
             let before = triangulation.mesh().edge_count() as u32;
