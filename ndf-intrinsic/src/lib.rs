@@ -3,6 +3,7 @@
 //! [`IntrinsicMesh`] is an oriented Δ-complex of triangles with edge lengths: what geodesics, Laplacians and
 //! Delaunay flips run on.
 
+pub mod common_subdivision;
 pub mod delaunay;
 pub mod delta_complex;
 mod edits;
@@ -16,7 +17,9 @@ mod planar;
 pub mod refinement;
 pub mod tracing;
 pub mod triangle;
+mod walking;
 
+pub use common_subdivision::{CommonPoint, CommonSubdivision};
 pub use delaunay::DelaunayReport;
 pub use delta_complex::{DeltaComplex, NO_HALFEDGE, TopologyError};
 pub use extraction::{Extraction, ExtractionError, ExtractionOptions, ExtractionReport, extract};

@@ -10,16 +10,14 @@ use ndf_core::sampling::FaceSample;
 use crate::delaunay::{EdgeQueue, flip_to_delaunay};
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
-use crate::locating::place_in_frame;
-use crate::planar::{Point, from_barycentric, orientation};
+use crate::planar::from_barycentric;
 use crate::tracing::Frame;
 use crate::triangle;
+use crate::walking::{WalkEnd, walk};
 
 /// Circumcentres with a smaller barycentric coordinate are put on the edge: a face as flat as that would come
 /// about beside it.
 const ON_EDGE: f64 = 1e-6;
-/// Faces a walk to a circumcentre may pass: it ends in few in a Delaunay triangulation.
-const MOST_FACES: usize = 10_000;
 /// Angles can be bounded at a vertex only if the angles around it sum to more than this, in radians: π / 3.
 const NEEDLE: f64 = std::f64::consts::FRAC_PI_3;
 
@@ -81,6 +79,8 @@ struct Refinement<'t, 'm> {
     /// Whether each of the input's vertices is a needle.
     needles: Vec<bool>,
     queue: Queue,
+    /// Empty between uses; kept because its flags are as many as edges.
+    edges: EdgeQueue,
     report: RefinementReport,
 }
 
@@ -91,8 +91,14 @@ impl IntrinsicTriangulation<'_> {
         let flips = self.flip_to_delaunay().flips;
         let needles = self.base.angle_sums().into_iter().map(|sum| sum < NEEDLE).collect();
         let report = RefinementReport { flips, ..RefinementReport::default() };
-        let mut refinement =
-            Refinement { triangulation: self, options: *options, needles, queue: Queue::new(), report };
+        let mut refinement = Refinement {
+            triangulation: self,
+            options: *options,
+            needles,
+            queue: Queue::new(),
+            edges: EdgeQueue::default(),
+            report,
+        };
         refinement.run();
         refinement.conclude()
     }
@@ -152,7 +158,7 @@ impl Refinement<'_, '_> {
     fn insert(&mut self, point: SurfacePoint) {
         if let Ok(v) = self.triangulation.insert(point) {
             self.report.insertions += 1;
-            self.restore_delaunay(v);
+            self.restore_delaunay(&[v]);
         }
     }
 
@@ -162,7 +168,7 @@ impl Refinement<'_, '_> {
         let radius = 0.5 * self.mesh().length(edge);
         let Ok(v) = self.triangulation.split_edge(edge, 0.5) else { return };
         self.report.boundary_splits += 1;
-        self.restore_delaunay(v);
+        self.restore_delaunay(&[v]);
         let mut middle = v;
         loop {
             let mesh = self.mesh();
@@ -173,33 +179,36 @@ impl Refinement<'_, '_> {
             });
             let Some(near) = near.map(|h| mesh.tip(h)) else { break };
             let last = mesh.vertex_count() as u32 - 1;
+            let neighbours = mesh.outgoing(near).map(|h| mesh.tip(h)).filter(|&w| w != near);
+            let renumbered = |w: u32| if w == last { near } else { w };
+            let mut around: Vec<u32> = neighbours.map(renumbered).collect();
+            around.sort_unstable();
+            around.dedup();
             if self.triangulation.remove(near).is_err() {
                 break;
             }
             self.report.removals += 1;
-            if middle == last {
-                middle = near;
-            }
-            // Flips and renumbered faces may be anywhere around: look at the whole star of the middle and beyond.
-            self.restore_delaunay(middle);
+            middle = if middle == last { near } else { middle };
+            self.restore_delaunay(&around);
         }
     }
 
-    /// Flips around a vertex until all is Delaunay again, and queues the faces that came about.
-    fn restore_delaunay(&mut self, vertex: u32) {
-        let mut edges = EdgeQueue::default();
+    /// Flips around vertices until all is Delaunay again, and queues the faces that came about.
+    fn restore_delaunay(&mut self, vertices: &[u32]) {
+        let mut edges = std::mem::take(&mut self.edges);
         let mesh = self.mesh();
-        for h in mesh.outgoing(vertex) {
+        for h in vertices.iter().flat_map(|&v| mesh.outgoing(v)) {
             edges.push(mesh.halfedge_edge(h));
             edges.push(mesh.halfedge_edge(mesh.next(h)));
             edges.push(mesh.halfedge_edge(mesh.previous(h)));
         }
-        let mut changed: Vec<u32> = mesh.outgoing(vertex).map(|h| h / 3).collect();
+        let mut changed: Vec<u32> = vertices.iter().flat_map(|&v| mesh.outgoing(v)).map(|h| h / 3).collect();
         let flips = flip_to_delaunay(&mut self.triangulation.coordinates, &mut edges, |t, edge| {
             let h = t.mesh.edge_halfedge(edge);
             changed.push(h / 3);
             changed.extend(t.mesh.twin(h).map(|t| t / 3));
         });
+        self.edges = edges;
         self.report.flips += flips.flips;
         changed.sort_unstable();
         changed.dedup();
@@ -210,21 +219,14 @@ impl Refinement<'_, '_> {
     fn walk_to_circumcenter(&self, face: u32) -> Option<Target> {
         let mesh = self.mesh();
         let center = triangle::circumcenter(mesh.sides(face))?;
-        let mut frame = Frame::first(mesh, 3 * face);
+        let frame = Frame::first(mesh, 3 * face);
         let target = from_barycentric(frame.corners, center);
         let start = from_barycentric(frame.corners, [1.0 / 3.0; 3]);
-        for _ in 0..MOST_FACES {
-            let Some(side) = exit_side(&frame, start, target) else {
-                return Some(Target::Point(self.snapped(place_in_frame(&frame, target))?));
-            };
-            let first = frame.halfedge - frame.halfedge % 3;
-            let h = first + (frame.halfedge % 3 + side) % 3;
-            if mesh.twin(h).is_none() {
-                return Some(Target::Boundary(mesh.halfedge_edge(h)));
-            }
-            frame = frame.turned_to(h).across(mesh);
+        match walk(mesh, frame, start, target) {
+            WalkEnd::Inside(place) => self.snapped(place).map(Target::Point),
+            WalkEnd::Boundary(edge, _) => Some(Target::Boundary(edge)),
+            WalkEnd::Lost => None,
         }
-        None
     }
 
     /// A point of a face, or of the edge it is all but on; `None` at a vertex.
@@ -271,16 +273,4 @@ enum Target {
     Point(SurfacePoint),
     /// At this edge.
     Boundary(u32),
-}
-
-/// The side, counted from the frame's half-edge, by which the segment from `start` to `target` leaves a face;
-/// `None` if it ends inside.
-fn exit_side(frame: &Frame, start: Point, target: Point) -> Option<u32> {
-    (0..3)
-        .find(|&side| {
-            let (a, b) = (frame.corners[side], frame.corners[(side + 1) % 3]);
-            let beyond = orientation(a, b, target) < 0.0;
-            beyond && orientation(start, target, a) <= 0.0 && orientation(start, target, b) >= 0.0
-        })
-        .map(|side| side as u32)
 }

@@ -111,7 +111,7 @@ impl IntegerCoordinates<'_> {
 
     /// The input face that contains `segment` of a half-edge (after so many crossings from its tail), or that is
     /// on its left where it runs along an input edge.
-    fn first_face(&self, halfedge: u32) -> u32 {
+    pub(crate) fn first_face(&self, halfedge: u32) -> u32 {
         if self.halfedge_normal(halfedge) == COINCIDENT {
             return self.curve(self.mesh.complex.tail(halfedge), self.roundabout(halfedge)) / 3;
         }
