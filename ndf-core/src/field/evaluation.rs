@@ -141,11 +141,12 @@ impl WithSimd for Tangents<'_> {
                 mapped.point = self.field.origin(point) + output_row(self.activations, row);
             }
             for to in [1, 2] {
+                let along_edge = if to == 1 { [-1.0, 1.0, 0.0] } else { [-1.0, 0.0, 1.0] };
                 let stride = self.activations.input_stride();
                 let rows = self.activations.input_mut().chunks_exact(stride);
                 let tangent_rows = self.tangent.input_mut().chunks_exact_mut(stride);
                 for (point, (row, tangent)) in points.iter().zip(rows.zip(tangent_rows)) {
-                    self.encoding.encode_tangent(point.face, to, row, tangent);
+                    self.encoding.encode_tangent(point.face, along_edge, row, tangent);
                 }
                 forward_tangent(simd, &self.field.packed, self.activations, self.tangent);
                 for (row, (point, mapped)) in points.iter().zip(mapped.iter_mut()).enumerate() {
@@ -231,6 +232,7 @@ mod tests {
             };
             let mut agree = 0;
             for to in [1, 2] {
+                let along_edge = if to == 1 { [-1.0, 1.0, 0.0] } else { [-1.0, 0.0, 1.0] };
                 let (up, down) = (moved(to, h), moved(to, -h));
                 for (i, mapped) in field.map_with_tangents(&samples).iter().enumerate() {
                     assert!((mapped.point - values[i]).length() < 1e-6);

@@ -18,6 +18,8 @@ pub struct Mended {
     pub mesh: ManifoldMesh,
     /// What was changed, a sentence each; empty if nothing.
     pub notes: Vec<String>,
+    /// The share of the whole area that the largest component has.
+    pub kept_area: f64,
 }
 
 /// Mends what can be mended without inventing geometry, and keeps the largest component: unusable faces and
@@ -59,7 +61,8 @@ pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
         let rest = turned.face_count() - largest.face_count();
         notes.push(format!("only the largest of {components} components is used; {rest} faces left out"));
     }
-    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes })
+    let kept_area = if components > 1 { largest.area() / turned.area() } else { 1.0 };
+    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes, kept_area })
 }
 
 /// The mesh with coinciding, or else nearly coinciding, vertices merged, if that leaves fewer boundary edges and

@@ -11,8 +11,9 @@ pub fn sin_cos_pi(t: f32) -> (f32, f32) {
     let r = t - 0.5 * quarter; // in [-1/4, 1/4]
     let r2 = r * r;
     // Taylor coefficients of sin(πr) and cos(πr); the first term left out is below 1e-8 on [-1/4, 1/4].
-    let s =
-        r * (3.141_592_7 + r2 * (-5.167_713 + r2 * (2.550_164 + r2 * (-0.599_264_5 + r2 * 0.082_145_89))));
+    let s = r
+        * (std::f32::consts::PI
+            + r2 * (-5.167_713 + r2 * (2.550_164 + r2 * (-0.599_264_5 + r2 * 0.082_145_89))));
     let c = 1.0
         + r2 * (-4.934_802
             + r2 * (4.058_712 + r2 * (-1.335_262_8 + r2 * (0.235_330_63 - r2 * 0.025_806_89))));

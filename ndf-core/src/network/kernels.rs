@@ -3,6 +3,12 @@
 //! All matrices are row-major, rows padded to [`LANES`](super::LANES). A tile of the result, a few rows by
 //! one or two vectors, is held in registers while the sum runs; one factor is broadcast, the other loaded.
 
+#![allow(
+    clippy::too_many_arguments,
+    clippy::manual_memcpy,
+    reason = "kernels take matrices as slices and strides; loops over tiles of constant size unroll when indexed"
+)]
+
 use pulp::Simd;
 
 /// Rows of a tile on machines with 32 vector registers (AVX-512, NEON); the others take half as many. Numbers
