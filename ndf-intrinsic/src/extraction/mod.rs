@@ -15,6 +15,7 @@ mod chords;
 mod coarsen;
 mod refine;
 mod relax;
+mod renumber;
 mod report;
 
 use ndf_core::sampling::FaceSample;
@@ -107,6 +108,7 @@ pub fn extract(
     }
     let mut work = Work::default();
     let mut surface = refine::refine(field, options, &mut work)?;
+    surface = renumber::renumber(&surface);
     if options.collapse {
         coarsen::collapse_short(&mut surface, h, &mut work);
     }
