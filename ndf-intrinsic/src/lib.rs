@@ -1,7 +1,12 @@
 //! Triangulations that know lengths instead of positions.
 //!
-//! [`IntrinsicMesh`] is an oriented Δ-complex of triangles with edge lengths: what geodesics, Laplacians and
-//! Delaunay flips run on.
+//! - [`IntrinsicMesh`]: an oriented Δ-complex of triangles with edge lengths; what geodesics and Laplacians run on.
+//! - [`IntrinsicTriangulation`]: other triangles on the surface of a mesh, kept in integer coordinates (Gillespie,
+//!   Sharp and Crane 2021): flips, insertions, removals, tracing, [Delaunay flips](delaunay),
+//!   [refinement](refinement), the [common subdivision](common_subdivision), points carried both ways.
+//! - [`extract`]: a manifold Delaunay mesh of a displacement field at a chosen edge length.
+//!
+//! The same input gives the same output on any number of threads.
 
 pub mod common_subdivision;
 pub mod delaunay;

@@ -1,5 +1,7 @@
 //! Extraction from fields: every guarantee, on closed and open bases, finer and coarser than the base.
 
+#![allow(clippy::unwrap_used, reason = "these are tests")]
+
 use ndf_core::field::FieldShape;
 use ndf_core::mesh::shapes;
 use ndf_core::{DisplacementField, ManifoldMesh, TriangleMesh};

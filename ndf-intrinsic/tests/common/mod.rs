@@ -1,5 +1,6 @@
 //! Meshes made by code, and the laws every intrinsic triangulation obeys.
 #![allow(dead_code, reason = "each test file uses its own share")]
+#![allow(clippy::unwrap_used, reason = "these are tests")]
 
 use std::collections::BTreeMap;
 
