@@ -31,7 +31,7 @@ fn every_promise_is_kept() {
         for h in [0.5, 0.1, 0.04] {
             let extraction = extract(&field, &ExtractionOptions::new(h)).unwrap();
             let report = extraction.report;
-            println!("{name}, h {h}: {report:?}");
+            eprintln!("{name}, h {h}: {report:?}");
             assert!(report.holds());
             assert_eq!(extraction.mesh.euler_characteristic(), field.base().euler_characteristic());
             assert!(extraction.intrinsic.is_delaunay());

@@ -15,7 +15,7 @@ fn integers_lengths_and_input_stay_together() {
             assert_sound(&triangulation);
             for round in 0..4 {
                 random_edits(&mut triangulation, 60, &mut rng);
-                println!("{name}, seed {seed}, round {round}");
+                eprintln!("{name}, seed {seed}, round {round}");
                 assert_sound(&triangulation);
                 assert_lengths_agree(&triangulation, 1e-9);
             }

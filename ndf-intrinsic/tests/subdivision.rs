@@ -41,7 +41,7 @@ fn assert_subdivides(input: &ManifoldMesh, subdivision: &CommonSubdivision) {
 fn the_area_is_that_of_the_input() {
     for seed in 0..20 {
         for (name, mesh) in random_meshes(seed) {
-            println!("{name}, seed {seed}");
+            eprintln!("{name}, seed {seed}");
             let mut triangulation = IntrinsicTriangulation::new(&mesh);
             assert_subdivides(&mesh, &triangulation.common_subdivision());
             random_edits(&mut triangulation, 80, &mut rng(seed));

@@ -73,7 +73,7 @@ fn slivers_as_of_marching_cubes() {
 fn random_meshes_reach_the_angle() {
     for seed in 0..10 {
         for (name, mesh) in random_meshes(seed) {
-            println!("{name}, seed {seed}");
+            eprintln!("{name}, seed {seed}");
             survives(&mesh, true);
         }
     }
@@ -215,7 +215,7 @@ fn sample_meshes_become_delaunay_and_reach_the_angle() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
     let root = std::env::var("NDF_DATA").unwrap_or_else(|_| root.to_owned());
     let Ok(entries) = std::fs::read_dir(format!("{root}/mesh")) else {
-        println!("skipped: no sample meshes in {root}/mesh");
+        eprintln!("skipped: no sample meshes in {root}/mesh");
         return;
     };
     for path in entries.map(|e| e.unwrap().path()) {
