@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     write(&folder.join("model.ndf"), &bytes)?;
 
     let before = Instant::now();
-    let surface = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH))?;
+    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(Failure::new)?;
     let seconds_extracting = before.elapsed().as_secs_f64();
     let stage = Stage::compared(&fitted, &surface, context)?;
     write_mesh(

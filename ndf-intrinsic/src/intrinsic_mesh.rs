@@ -1,0 +1,316 @@
+//! A triangulated surface with edge lengths in place of positions.
+
+use std::ops::Deref;
+
+use ndf_core::ManifoldMesh;
+
+use crate::delta_complex::{DeltaComplex, TopologyError};
+use crate::triangle;
+
+/// An oriented [`DeltaComplex`] with a length for every edge: a polyhedral surface that needs no embedding.
+///
+/// Dereferences to its connectivity. Invariant: every length is finite and not negative. Whether the triangle
+/// inequality holds in every face is a property of the input: see [`slack`](Self::slack) and
+/// [`mollify`](Self::mollify).
+#[derive(Clone, Debug)]
+pub struct IntrinsicMesh {
+    pub(crate) complex: DeltaComplex,
+    pub(crate) lengths: Vec<f64>,
+}
+
+/// Why parts do not make an intrinsic mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IntrinsicMeshError {
+    /// The gluing is not a surface.
+    #[error(transparent)]
+    Topology(#[from] TopologyError),
+    /// There is not one length for every edge.
+    #[error("{found} lengths for {expected} edges")]
+    LengthCount {
+        /// How many lengths were given.
+        found: usize,
+        /// How many edges there are.
+        expected: usize,
+    },
+    /// A length is negative, infinite or NaN.
+    #[error("edge {edge} has length {length}")]
+    Length {
+        /// The edge.
+        edge: u32,
+        /// Its length.
+        length: f64,
+    },
+    /// The triangle inequality fails by more than the tolerance.
+    #[error("the sides {sides:?} of face {face} violate the triangle inequality")]
+    TriangleInequality {
+        /// The face.
+        face: u32,
+        /// Lengths of its sides.
+        sides: [f64; 3],
+    },
+}
+
+/// What [`IntrinsicMesh::mollify`] did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mollification {
+    /// The length added to every edge, in the mesh's unit; 0 where nothing had to be done.
+    pub added: f64,
+    /// That length as a fraction of the mean edge length.
+    pub relative: f64,
+    /// Faces that asked for it.
+    pub faces: usize,
+}
+
+/// Cotangents may sum to this little below zero and still count as Delaunay: cotangents are of order one and
+/// carry rounding errors of a few 1e-16 times the condition of their triangle; co-circular quads would
+/// otherwise flip back and forth.
+pub const DELAUNAY_TOLERANCE: f64 = 1e-9;
+
+impl Deref for IntrinsicMesh {
+    type Target = DeltaComplex;
+
+    fn deref(&self) -> &DeltaComplex {
+        &self.complex
+    }
+}
+
+impl IntrinsicMesh {
+    /// Connectivity and edge lengths of a mesh, with its numbering. O(n).
+    pub fn of_mesh(mesh: &ManifoldMesh) -> Self {
+        let p = mesh.positions();
+        let length = |e| {
+            let [a, b] = mesh.edge_vertices(e);
+            p[a as usize].distance(p[b as usize])
+        };
+        let lengths = (0..mesh.edge_count() as u32).map(length).collect();
+        Self { complex: DeltaComplex::of_mesh(mesh), lengths }
+    }
+
+    /// A mesh of a connectivity and one length for each of its edges.
+    ///
+    /// The triangle inequality `a + b ≥ c` may fail by `tolerance · (a + b + c)`, to let rounded lengths of flat
+    /// triangles pass; 0 for none, ∞ to leave the inequality to [`mollify`](Self::mollify). O(n).
+    ///
+    /// # Errors
+    /// If a length is missing, negative or not finite, or the triangle inequality fails by more.
+    pub fn new(complex: DeltaComplex, lengths: Vec<f64>, tolerance: f64) -> Result<Self, IntrinsicMeshError> {
+        if lengths.len() != complex.edge_count() {
+            return Err(IntrinsicMeshError::LengthCount {
+                found: lengths.len(),
+                expected: complex.edge_count(),
+            });
+        }
+        if let Some(e) = lengths.iter().position(|l| !(l.is_finite() && *l >= 0.0)) {
+            return Err(IntrinsicMeshError::Length { edge: e as u32, length: lengths[e] });
+        }
+        let mesh = Self { complex, lengths };
+        for face in 0..mesh.face_count() as u32 {
+            let sides = mesh.sides(face);
+            if triangle::slack(sides) < -tolerance * sides.iter().sum::<f64>() {
+                return Err(IntrinsicMeshError::TriangleInequality { face, sides });
+            }
+        }
+        Ok(mesh)
+    }
+
+    /// Connectivity without lengths.
+    pub fn complex(&self) -> &DeltaComplex {
+        &self.complex
+    }
+
+    /// Lengths of all edges.
+    pub fn lengths(&self) -> &[f64] {
+        &self.lengths
+    }
+
+    /// Length of an edge.
+    ///
+    /// # Panics
+    /// If the edge does not exist.
+    #[inline]
+    pub fn length(&self, edge: u32) -> f64 {
+        self.lengths[edge as usize]
+    }
+
+    /// Length of a half-edge's edge.
+    ///
+    /// # Panics
+    /// If the half-edge does not exist.
+    #[inline]
+    pub fn halfedge_length(&self, halfedge: u32) -> f64 {
+        self.length(self.halfedge_edge(halfedge))
+    }
+
+    /// Lengths of the sides of a face; side `c` runs from corner `c` to the next.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    #[inline]
+    pub fn sides(&self, face: u32) -> [f64; 3] {
+        self.face_edges(face).map(|e| self.length(e))
+    }
+
+    /// Lengths of the sides of a half-edge's face, beginning with its own.
+    ///
+    /// # Panics
+    /// If the half-edge does not exist.
+    #[inline]
+    pub fn sides_from(&self, halfedge: u32) -> [f64; 3] {
+        [halfedge, self.next(halfedge), self.previous(halfedge)].map(|h| self.halfedge_length(h))
+    }
+
+    /// Area of a face; 0 where the triangle inequality fails.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn area(&self, face: u32) -> f64 {
+        triangle::area(self.sides(face))
+    }
+
+    /// Total area.
+    pub fn total_area(&self) -> f64 {
+        (0..self.face_count() as u32).map(|f| self.area(f)).sum()
+    }
+
+    /// Angle at the tail of a half-edge in its face, in radians.
+    ///
+    /// # Panics
+    /// If the half-edge does not exist.
+    pub fn corner_angle(&self, halfedge: u32) -> f64 {
+        triangle::angle(self.sides_from(halfedge), 0)
+    }
+
+    /// Cotangent of the angle opposite to a half-edge in its face.
+    ///
+    /// # Panics
+    /// If the half-edge does not exist.
+    pub fn cotangent(&self, halfedge: u32) -> f64 {
+        triangle::cotangent_opposite(self.sides_from(halfedge), 0)
+    }
+
+    /// Sum of the cotangents opposite to an edge: twice its weight in the cotangent Laplacian.
+    ///
+    /// # Panics
+    /// If the edge does not exist.
+    pub fn cotangent_sum(&self, edge: u32) -> f64 {
+        let h = self.edge_halfedge(edge);
+        self.cotangent(h) + self.twin(h).map_or(0.0, |t| self.cotangent(t))
+    }
+
+    /// Sums of the angles around every vertex, in radians: 2π where the surface is flat, π on a straight
+    /// boundary.
+    pub fn angle_sums(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.vertex_count()];
+        for h in 0..self.halfedge_count() as u32 {
+            sums[self.tail(h) as usize] += self.corner_angle(h);
+        }
+        sums
+    }
+
+    /// Sum of the angles around a vertex, in radians.
+    ///
+    /// # Panics
+    /// If the vertex does not exist.
+    pub fn angle_sum(&self, vertex: u32) -> f64 {
+        self.outgoing(vertex).map(|h| self.corner_angle(h)).sum()
+    }
+
+    /// Whether an edge is locally Delaunay: the angles opposite to it sum to at most π, up to
+    /// [`DELAUNAY_TOLERANCE`]. Boundary edges are.
+    ///
+    /// # Panics
+    /// If the edge does not exist.
+    pub fn is_delaunay_edge(&self, edge: u32) -> bool {
+        let h = self.edge_halfedge(edge);
+        let Some(twin) = self.twin(h) else { return true };
+        let sum = self.cotangent(h) + self.cotangent(twin);
+        // ∞ − ∞: two faces without area on one edge; no flip improves them.
+        sum.is_nan() || sum >= -DELAUNAY_TOLERANCE
+    }
+
+    /// Share of the inner edges that are locally Delaunay.
+    pub fn delaunay_fraction(&self) -> f64 {
+        let inner = self.edge_count() - self.boundary_edge_count();
+        let failed = (0..self.edge_count() as u32).filter(|&e| !self.is_delaunay_edge(e)).count();
+        if inner == 0 { 1.0 } else { 1.0 - failed as f64 / inner as f64 }
+    }
+
+    /// Whether every inner edge is locally Delaunay, hence the triangulation in its own metric (Bobenko and
+    /// Springborn 2007).
+    pub fn is_delaunay(&self) -> bool {
+        (0..self.edge_count() as u32).all(|e| self.is_delaunay_edge(e))
+    }
+
+    /// The smallest `a + b − c` over all faces, relative to `a + b + c`; negative where the triangle inequality
+    /// fails somewhere, 0 for a face without area.
+    pub fn slack(&self) -> f64 {
+        let relative = |f| {
+            let sides = self.sides(f);
+            let perimeter: f64 = sides.iter().sum();
+            if perimeter > 0.0 { triangle::slack(sides) / perimeter } else { 0.0 }
+        };
+        (0..self.face_count() as u32).map(relative).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Intrinsic mollification (Sharp and Crane 2020, §4.5): adds one length to all edges, the least for which
+    /// `a + b − c ≥ threshold · mean length` in every face. Nothing is added where that already holds. O(n).
+    pub fn mollify(&mut self, threshold: f64) -> Mollification {
+        let mean = self.lengths.iter().sum::<f64>() / self.edge_count().max(1) as f64;
+        // A mesh that is one point gets lengths of order one: anything but zero will do.
+        let delta = threshold * if mean > 0.0 { mean } else { 1.0 };
+        let (mut added, mut faces) = (0.0_f64, 0);
+        for face in 0..self.face_count() as u32 {
+            let missing = delta - triangle::slack(self.sides(face));
+            if missing > 0.0 {
+                added = added.max(missing);
+                faces += 1;
+            }
+        }
+        if added > 0.0 {
+            self.lengths.iter_mut().for_each(|l| *l += added);
+        }
+        Mollification { added, relative: if mean > 0.0 { added / mean } else { added }, faces }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use ndf_core::mesh::shapes;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn lengths_areas_and_angles_are_those_of_the_mesh() {
+        let mesh = ManifoldMesh::try_from(shapes::torus(24, 12, 1.0, 0.4)).unwrap();
+        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        assert_relative_eq!(intrinsic.total_area(), mesh.as_triangle_mesh().area(), max_relative = 1e-12);
+        let defect: f64 = intrinsic.angle_sums().iter().map(|a| 2.0 * PI - a).sum();
+        assert_relative_eq!(defect, 0.0, epsilon = 1e-9);
+        let quality = ndf_core::quality::Quality::of(&mesh);
+        assert_relative_eq!(intrinsic.delaunay_fraction(), quality.delaunay_fraction, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn mollification_does_nothing_to_good_meshes_and_mends_flat_faces() {
+        let mut good = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(1)).unwrap());
+        assert_eq!(good.mollify(1e-8), Mollification { added: 0.0, relative: 0.0, faces: 0 });
+        let complex = DeltaComplex::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let mut flat = IntrinsicMesh::new(complex, vec![1.0, 1.0, 2.0], 0.0).unwrap();
+        assert_eq!(flat.slack(), 0.0);
+        let report = flat.mollify(1e-6);
+        assert_eq!(report.faces, 2);
+        assert_relative_eq!(report.relative, 1e-6, max_relative = 1e-6);
+        assert!(flat.slack() > 0.0);
+    }
+
+    #[test]
+    fn bad_lengths_are_refused() {
+        let complex = || DeltaComplex::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let error = |l: &[f64]| IntrinsicMesh::new(complex(), l.to_vec(), 1e-12).unwrap_err();
+        assert!(matches!(error(&[1.0]), IntrinsicMeshError::LengthCount { .. }));
+        assert!(matches!(error(&[1.0, f64::NAN, 1.0]), IntrinsicMeshError::Length { edge: 1, .. }));
+        assert!(matches!(error(&[1.0, 1.0, -1.0]), IntrinsicMeshError::Length { edge: 2, .. }));
+        assert!(matches!(error(&[1.0, 1.0, 2.1]), IntrinsicMeshError::TriangleInequality { face: 0, .. }));
+    }
+}
