@@ -15,7 +15,7 @@ use crate::shell::root;
 const MESHES: &[&str] =
     &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];
 const BASE_FACES: u32 = 4000;
-const EDGE_LENGTH: f64 = 0.02;
+const EDGE_LENGTH: f64 = 0.01;
 
 /// The table goes between these lines of the README.
 const BEGIN: &str = "<!-- table: cargo xtask table -->\n";
