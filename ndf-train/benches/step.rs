@@ -4,6 +4,8 @@
 //! for the reverse map; once without tangents, once with a term that needs their values and gradients. Arithmetic is
 //! counted without padding. The peak is that of a bare loop of fused multiply-adds in registers, in the same run.
 
+#![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
+
 use std::time::{Duration, Instant};
 
 use ndf_core::mesh::shapes;

@@ -121,6 +121,9 @@ impl Settings {
         match self {
             s if s.samples == 0 => Some("there must be at least one sample"),
             s if s.samples > 1 << 26 => Some("more than 67 million samples do not fit"),
+            s if s.samples.saturating_mul(s.field.features) > 1 << 30 => {
+                Some("a thousand million features of samples do not fit")
+            }
             s if s.resample_every == 0 || s.project_every == 0 => Some("a batch lasts at least one epoch"),
             s if !s.resample_every.is_multiple_of(s.project_every) => {
                 Some("a batch must last a multiple of the epochs between projections")

@@ -12,7 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 
 use crate::anchors::Anchors;
-use crate::batch::Batch;
+use crate::batch::{Batch, Sample};
 use crate::objective::Objective;
 use crate::optimiser::{AdamStep, Moments};
 use crate::settings::Settings;
@@ -299,7 +299,7 @@ impl<'a> Trainer<'a> {
     fn project(&mut self) -> Result<(), TrainError> {
         let before = Instant::now();
         let field = self.field().map_err(|_| TrainError::Diverged { epoch: self.state.epoch })?;
-        let samples: Vec<FaceSample> = self.batch.samples.iter().map(|s| s.on_face()).collect();
+        let samples: Vec<FaceSample> = self.batch.samples.iter().map(Sample::on_face).collect();
         // The guide is the normal of the base face, not that of g: where g has folded over, its own normal would
         // send it to the far side of the surface and keep it folded.
         let base = self.start.base().as_triangle_mesh();
@@ -443,7 +443,7 @@ impl<'a> Trainer<'a> {
 
     /// Share of the batch with a foot whose mapped normal opposes the surface's there.
     pub(crate) fn flipped_fraction(&self) -> Result<f64, FieldError> {
-        let samples: Vec<FaceSample> = self.batch.samples.iter().map(|s| s.on_face()).collect();
+        let samples: Vec<FaceSample> = self.batch.samples.iter().map(Sample::on_face).collect();
         let mapped = self.field()?.map_with_tangents(&samples);
         let (mut hits, mut flipped) = (0_usize, 0_usize);
         for (mapped, target) in mapped.iter().zip(&self.batch.targets) {
