@@ -1,0 +1,152 @@
+//! Where straight lines begin: sources, and the saddle and boundary vertices at which shortest paths bend.
+//!
+//! A shortest path bends at a vertex only so that it leaves an angle of at least π on both sides of it (Mitchell,
+//! Mount and Papadimitriou 1987, lemma 3.4). A vertex therefore sends out windows only into the directions that make
+//! at least π with the one its own shortest path arrives from: none at all where the surface is flat or curved like a
+//! sphere, a thin sector at most saddles, everything at a source.
+
+use std::f64::consts::PI;
+
+use ndf_intrinsic::{IntrinsicMesh, NO_HALFEDGE};
+
+use crate::unfolding::Layout;
+use crate::windows::Window;
+
+/// How a shortest path arrives at a vertex: through which side of which face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    /// The half-edge opposite to the vertex in the face the path comes through; [`NO_HALFEDGE`] at a source and where
+    /// nothing arrived.
+    pub(crate) halfedge: u32,
+    /// Where its line crosses that half-edge, as a length from the tail; an end for a path along an edge.
+    pub(crate) crossing: f64,
+}
+
+impl Arrival {
+    pub(crate) const NONE: Self = Self { halfedge: NO_HALFEDGE, crossing: 0.0 };
+}
+
+/// What a root is: a vertex, or beyond all vertices a source that is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Root {
+    Vertex(u32),
+    Source(u32),
+}
+
+impl Root {
+    pub(crate) fn decode(code: u32, vertices: usize) -> Self {
+        if (code as usize) < vertices { Self::Vertex(code) } else { Self::Source(code - vertices as u32) }
+    }
+
+    pub(crate) fn encode(self, vertices: usize) -> u32 {
+        match self {
+            Self::Vertex(v) => v,
+            Self::Source(s) => vertices as u32 + s,
+        }
+    }
+}
+
+/// Angles beyond flat below which a vertex bends no path: a path that passes it straight errs by the square of this,
+/// relatively. Sums of computed angles of flat vertices miss 2π by some 1e-15.
+const FLAT: f64 = 1e-8;
+
+/// Sectors are widened by this angle on both sides, so that no direction falls between them and the windows that pass
+/// the vertex.
+const WIDENING: f64 = 1e-9;
+
+/// Faces flatter than this, relatively, are crossed whole: positions along them say little about directions.
+const NEEDLE: f64 = 1e-9;
+
+/// Calls `emit` with every window that a vertex at `distance` sends out and the half-edge it enters the next face by.
+pub(crate) fn emit_windows(
+    mesh: &IntrinsicMesh,
+    vertex: u32,
+    distance: f64,
+    arrival: Arrival,
+    mut emit: impl FnMut(u32, Window),
+) {
+    if arrival.halfedge == NO_HALFEDGE {
+        for h in mesh.outgoing(vertex) {
+            send(mesh, vertex, distance, h, None, &mut emit);
+        }
+        return;
+    }
+    let mut total = 0.0;
+    let mut arriving = None;
+    for h in mesh.outgoing(vertex) {
+        if mesh.next(h) == arrival.halfedge {
+            arriving = Some(total + direction(mesh, arrival));
+        }
+        total += mesh.corner_angle(h);
+    }
+    let arriving = arriving.expect("a path arrives through a face of the vertex");
+    let boundary = mesh.is_boundary_vertex(vertex);
+    // Leaving directions, counter-clockwise from the first half-edge; modulo the total where there is no boundary.
+    let sectors = if boundary {
+        [(f64::NEG_INFINITY, arriving - PI), (arriving + PI, f64::INFINITY)]
+    } else if total <= 2.0 * PI + FLAT {
+        return;
+    } else {
+        [(arriving + PI, arriving - PI + total), (arriving + PI - total, arriving - PI)]
+    };
+    let mut from = 0.0;
+    for h in mesh.outgoing(vertex) {
+        let corner = mesh.corner_angle(h);
+        for (low, high) in sectors {
+            let (low, high) = (low - WIDENING - from, high + WIDENING - from);
+            // A boundary's own direction is an edge, which is relaxed as such.
+            if low < corner - 2.0 * WIDENING && high > 2.0 * WIDENING {
+                send(mesh, vertex, distance, h, Some((low.max(0.0), high.min(corner), corner)), &mut emit);
+            }
+        }
+        from += corner;
+    }
+}
+
+/// The angle from the arriving face's first half-edge at the vertex, counter-clockwise, to the arriving path.
+fn direction(mesh: &IntrinsicMesh, arrival: Arrival) -> f64 {
+    let layout = Layout::of(mesh, arrival.halfedge);
+    let [x, y] = layout.apex;
+    // The first half-edge at the apex runs to the tail.
+    let (ax, ay) = (-x, -y);
+    let (bx, by) = (arrival.crossing - x, -y);
+    (ax * by - ay * bx).atan2(ax * bx + ay * by)
+}
+
+/// Sends a window through the side opposite to the vertex in the face of its outgoing half-edge; in a sector
+/// `(from, to, corner)` of angles from that half-edge, or everywhere.
+fn send(
+    mesh: &IntrinsicMesh,
+    vertex: u32,
+    distance: f64,
+    outgoing: u32,
+    sector: Option<(f64, f64, f64)>,
+    emit: &mut impl FnMut(u32, Window),
+) {
+    let opposite = mesh.next(outgoing);
+    let Some(entered) = mesh.twin(opposite) else { return };
+    let layout = Layout::of(mesh, opposite);
+    let (length, [x, y]) = (layout.length, layout.apex);
+    let mut window =
+        Window { start: 0.0, end: length, x: length - x, depth: y, offset: distance, root: vertex };
+    if let Some((from, to, corner)) = sector
+        && y > NEEDLE * length
+    {
+        // Where the direction at this angle from the outgoing half-edge, which runs to the tail of the opposite side,
+        // meets that side.
+        let meet = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let down = x * sin + y * cos;
+            if down > 0.0 { (x + y * (y * sin - x * cos) / down).clamp(0.0, length) } else { length }
+        };
+        if to < corner {
+            window.start = length - meet(to);
+        }
+        if from > 0.0 {
+            window.end = length - meet(from);
+        }
+    }
+    if window.start < window.end {
+        emit(entered, window);
+    }
+}
