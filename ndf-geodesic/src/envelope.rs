@@ -1,6 +1,6 @@
 //! Lists of windows on one half-edge: disjoint intervals from tail to tip, nearest windows only.
 
-use crate::windows::{Survivors, TIE, Window, comes_from_left, crossed, divide};
+use crate::windows::{Survivors, TIE, Window, comes_from_left, crossed, divide, divide_unordered};
 
 /// Appends a window that comes after all of `list[from..]` in the order of windows, and trims the end of the list and
 /// the window against one another.
@@ -62,17 +62,21 @@ fn insert_last(list: &mut Vec<Window>, mut window: Window) {
             continue;
         }
         let middle = 0.5 * (other.start.max(window.start) + other.end.min(window.end));
-        let other_is_left = comes_from_left(other, &window, middle);
-        let survivors = if other_is_left { divide(other, &mut window) } else { divide(&mut window, other) };
-        match (survivors, other_is_left) {
-            (Survivors::Both, true) => break,
-            (Survivors::Both, false) => position -= 1,
-            (Survivors::Left, true) | (Survivors::Right, false) => return,
-            (Survivors::Right, true) | (Survivors::Left, false) => {
-                list.remove(position - 1);
-                position -= 1;
-            }
+        let order = comes_from_left(other, &window, middle);
+        let survivors = match order {
+            Some(true) => divide(other, &mut window),
+            Some(false) => divide(&mut window, other),
+            None => divide_unordered(other, &mut window),
+        };
+        let other_alone = if order == Some(false) { Survivors::Right } else { Survivors::Left };
+        if survivors == other_alone {
+            return;
+        } else if survivors != Survivors::Both {
+            list.remove(position - 1);
+        } else if other.start < window.start {
+            break;
         }
+        position -= 1;
     }
     if position == list.len() {
         list.push(window);

@@ -14,7 +14,7 @@ use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Root, emit_windows};
 use crate::sources::FacePoint;
 use crate::unfolding::Layout;
-use crate::windows::Window;
+use crate::windows::{TIE, Window};
 
 /// Tasks between two looks at the observer.
 const TASKS_PER_REPORT: u64 = 4096;
@@ -118,7 +118,8 @@ impl<'a> Wavefront<'a> {
     }
 
     fn improve(&mut self, vertex: u32, distance: f64, arrival: Arrival) {
-        if distance < self.distances[vertex as usize] && distance <= self.bound {
+        // What round-off gains would only send the same windows out again.
+        if distance < self.distances[vertex as usize] * (1.0 - TIE) && distance <= self.bound {
             self.distances[vertex as usize] = distance;
             self.arrivals[vertex as usize] = arrival;
             self.front.push(distance, Task::Vertex(vertex));

@@ -127,26 +127,61 @@ fn bisector(left: &Window, right: &Window, low: f64, high: f64, at_low: f64, at_
 
 /// Divides the overlap of two windows, `left` before `right` in the order of windows, between them.
 ///
-/// The intervals must overlap.
+/// The intervals must overlap. Afterwards they do not, but where they see the same root the order says nothing and
+/// either may come first.
 #[inline]
 pub(crate) fn divide(left: &mut Window, right: &mut Window) -> Survivors {
     let low = left.start.max(right.start);
     let high = left.end.min(right.end);
     let left_at_high = left.at(high);
+    let tie = TIE * left_at_high;
     let at_high = left_at_high - right.at(high);
-    if at_high <= TIE * left_at_high {
-        // Left is nearer up to `high`.
+    if at_high < -tie {
         right.start = high;
-        return if right.is_narrow() { Survivors::Left } else { Survivors::Both };
+        return survivors(left, right);
     }
     let at_low = left.at(low) - right.at(low);
-    if at_low >= -TIE * left_at_high {
-        left.end = low;
-        return if left.end <= left.start || left.is_narrow() { Survivors::Right } else { Survivors::Both };
+    if at_high > tie {
+        if at_low >= -tie {
+            left.end = low;
+        } else {
+            let x = bisector(left, right, low, high, at_low, at_high);
+            left.end = x;
+            right.start = x;
+        }
+    } else if at_low < -tie {
+        right.start = high;
+    } else if at_low > tie {
+        // A tie at `high` and right nearer elsewhere: round-off has confused the order.
+        left.start = high;
+    } else {
+        unite(left, right);
     }
-    let x = bisector(left, right, low, high, at_low, at_high);
-    left.end = x;
-    right.start = x;
+    survivors(left, right)
+}
+
+/// Divides the overlap of two windows whose order is unknown: only if they see the same root.
+pub(crate) fn divide_unordered(a: &mut Window, b: &mut Window) -> Survivors {
+    let low = a.start.max(b.start);
+    let high = a.end.min(b.end);
+    let tie = |x: f64| {
+        let at = a.at(x);
+        (at - b.at(x)).abs() <= TIE * at
+    };
+    if tie(low) && tie(high) {
+        unite(a, b);
+    }
+    survivors(a, b)
+}
+
+/// Makes two windows that are equally far on their overlap disjoint, with the same union.
+fn unite(a: &mut Window, b: &mut Window) {
+    let (first, second) = if a.start <= b.start { (a, b) } else { (b, a) };
+    second.start = first.end.min(second.end);
+}
+
+#[inline]
+fn survivors(left: &Window, right: &Window) -> Survivors {
     match (left.is_narrow(), right.is_narrow()) {
         (true, _) => Survivors::Right,
         (_, true) => Survivors::Left,
@@ -181,9 +216,14 @@ pub(crate) fn crossed(left: &Window, right: &Window) -> Survivors {
     }
 }
 
-/// Whether `a` comes before `b` in the order of windows, seen from a point `x` of both intervals: the line from
-/// its root arrives from further left.
+/// Crossings of two lines through one point count as none below this sine of their angle, roughly: some thousand
+/// unfoldings turn a line that much.
+const COLLINEAR: f64 = 1e-12;
+
+/// Which of two windows comes first in the order of windows, seen from a point `x` of both intervals: the one whose line
+/// arrives from further left. `None` where the lines coincide.
 #[inline]
-pub(crate) fn comes_from_left(a: &Window, b: &Window, x: f64) -> bool {
-    (x - a.x) * b.depth > (x - b.x) * a.depth
+pub(crate) fn comes_from_left(a: &Window, b: &Window, x: f64) -> Option<bool> {
+    let (from_a, from_b) = ((x - a.x) * b.depth, (x - b.x) * a.depth);
+    ((from_a - from_b).abs() > COLLINEAR * (from_a.abs() + from_b.abs())).then_some(from_a > from_b)
 }

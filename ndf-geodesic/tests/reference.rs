@@ -75,6 +75,8 @@ fn distances_agree_with_the_reference_on_every_mesh() {
                 error = error.max((d[997 * i] - value).abs() / max);
             }
         }
+        if error > 1e-12 { println!("max {:e} sum {:e}", max - expected["max"].as_f64().unwrap(), finite().sum::<f64>() - expected["sum"].as_f64().unwrap());
+        for (i, value) in expected["at_every_997th_vertex"].as_array().unwrap().iter().enumerate() { println!("  {i} {:e}", d[997*i] - value.as_f64().unwrap()) } }
         println!("{name}: {} vertices, {error:.1e} unreached {} (theirs {})", mesh.vertex_count(), geodesics.unreached(), expected["unreached"]);
         worst = worst.max(error);
     }
