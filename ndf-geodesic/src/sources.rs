@@ -85,9 +85,32 @@ impl FacePoint {
 
     /// Length of the straight line to a corner.
     pub(crate) fn corner_distance(&self, mesh: &IntrinsicMesh, corner: u32) -> f64 {
-        let mut displacement = self.barycentric;
-        displacement[corner as usize] = -displacement.iter().enumerate().filter(|(i, _)| *i != corner as usize).map(|(_, b)| b).sum::<f64>();
-        triangle::displacement_length(mesh.sides(self.face), displacement)
+        let mut barycentric = [0.0; 3];
+        barycentric[corner as usize] = 1.0;
+        self.distance_in_face(mesh, &Self { face: self.face, barycentric })
+    }
+
+    /// Length of the straight line to a point of the same face.
+    pub(crate) fn distance_in_face(&self, mesh: &IntrinsicMesh, other: &Self) -> f64 {
+        let mut d = [0, 1, 2].map(|i| self.barycentric[i] - other.barycentric[i]);
+        // The largest as minus the sum of the others: what it lost by rounding near a corner is still in them.
+        let largest = (0..3).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs())).unwrap_or(0);
+        d[largest] = -(d[(largest + 1) % 3] + d[(largest + 2) % 3]);
+        triangle::displacement_length(mesh.sides(self.face), d)
+    }
+
+    /// The point as the mesh's users name it: on an edge where a coordinate is 0.
+    pub(crate) fn to_surface_point(self, mesh: &IntrinsicMesh) -> SurfacePoint {
+        let b = self.barycentric;
+        match (0..3).find(|&c| b[c] == 0.0) {
+            None => SurfacePoint::Face { face: self.face, barycentric: b },
+            Some(c) => {
+                let h = 3 * self.face + (c as u32 + 1) % 3;
+                let t = b[(c + 2) % 3];
+                let edge = mesh.halfedge_edge(h);
+                SurfacePoint::Edge { edge, t: if mesh.edge_halfedge(edge) == h { t } else { 1.0 - t } }
+            }
+        }
     }
 
     /// What the distances of its face's corners say at most about its own.
