@@ -4,6 +4,7 @@ use ndf_core::{NoProgress, Progress, SurfacePoint};
 use ndf_intrinsic::IntrinsicMesh;
 
 use crate::propagation::Wavefront;
+use crate::pseudo_sources::Arrival;
 use crate::sources::Place;
 use crate::windows::Window;
 
@@ -91,6 +92,7 @@ pub struct Geodesics<'a> {
     pub(crate) mesh: &'a IntrinsicMesh,
     pub(crate) sources: Vec<Place>,
     pub(crate) distances: Vec<f64>,
+    pub(crate) arrivals: Vec<Arrival>,
     pub(crate) bound: f64,
     /// By half-edge; empty when not kept.
     pub(crate) windows: Vec<Vec<Window>>,
@@ -149,8 +151,8 @@ pub fn exact_distances<'a>(
         }
     }
     wavefront.run(options.progress)?;
-    let Wavefront { mut distances, bound, kept, statistics, .. } = wavefront;
+    let Wavefront { mut distances, arrivals, bound, kept, statistics, .. } = wavefront;
     // Beyond the bound distances are only estimates.
     distances.iter_mut().filter(|d| **d > bound).for_each(|d| *d = f64::INFINITY);
-    Ok(Geodesics { mesh, sources, distances, bound, windows: kept, statistics })
+    Ok(Geodesics { mesh, sources, distances, arrivals, bound, windows: kept, statistics })
 }

@@ -71,21 +71,19 @@ impl Geodesics<'_> {
             Place::Vertex(v) => SurfacePoint::Vertex(v),
             Place::Face(_) => point,
         }];
-        // Vertices at which the path bends; without them, edges of length zero could lead around in circles.
-        let mut bends: Vec<u32> = Vec::new();
         let mut piece = match place {
             Place::Face(p) => self.nearest_in_face(&p).piece.ok_or_else(lost)?,
             Place::Vertex(v) => Piece::Vertex(v),
         };
-        loop {
+        // Every vertex on the way is nearer than the one before.
+        for _ in 0..=self.mesh.vertex_count() {
             let reached = match piece {
                 Piece::Vertex(v) => Root::Vertex(v),
                 Piece::Source(number) => Root::Source(number),
                 Piece::Window { halfedge, window, crossing } => {
                     let ray = Ray { halfedge, crossing, x: window.x, depth: window.depth };
                     let root = Root::decode(window.root, self.mesh.vertex_count());
-                    self.follow(ray, root, &mut points).ok_or_else(lost)?;
-                    root
+                    self.follow(ray, root, &mut points).ok_or_else(lost)?
                 }
             };
             let vertex = match reached {
@@ -100,21 +98,27 @@ impl Geodesics<'_> {
             if let Some(source) = self.sources.iter().position(|s| *s == Place::Vertex(vertex)) {
                 return Ok(Path { points, length, source });
             }
-            bends.push(vertex);
-            piece = self.nearest_to_vertex(vertex, |v| bends.contains(&v)).piece.ok_or_else(lost)?;
+            piece = self.nearest_to_vertex(vertex).piece.ok_or_else(lost)?;
         }
+        Err(lost())
     }
 
-    /// Follows a line back to its root, appending where it crosses edges, the root excluded. `None` where it misses.
-    fn follow(&self, mut ray: Ray, root: Root, points: &mut Vec<SurfacePoint>) -> Option<()> {
+    /// Follows a line back to its root or to a vertex that lies on it, appending where it crosses edges; returns which.
+    /// `None` where it misses the root.
+    fn follow(&self, mut ray: Ray, root: Root, points: &mut Vec<SurfacePoint>) -> Option<Root> {
         // A shortest path crosses a face at most once for every source and bend.
         for _ in 0..=2 * self.mesh.face_count() {
-            push(points, on_halfedge(self.mesh, ray.halfedge, ray.crossing));
+            let point = on_halfedge(self.mesh, ray.halfedge, ray.crossing);
+            if let SurfacePoint::Vertex(v) = point {
+                // The vertex' own path is as short as the rest of this line, and needs no unrolling around it.
+                return Some(Root::Vertex(v));
+            }
+            push(points, point);
             let halfedge = self.mesh.twin(ray.halfedge)?;
             let layout = Layout::of(self.mesh, halfedge);
             let at = [layout.length - ray.x, ray.depth];
             if self.is_root(root, halfedge, &layout, at) {
-                return Some(());
+                return Some(root);
             }
             ray = leave(self.mesh, halfedge, &layout, layout.length - ray.crossing, at);
         }

@@ -22,7 +22,7 @@ const TASKS_PER_REPORT: u64 = 4096;
 pub(crate) struct Wavefront<'a> {
     mesh: &'a IntrinsicMesh,
     pub(crate) distances: Vec<f64>,
-    arrivals: Vec<Arrival>,
+    pub(crate) arrivals: Vec<Arrival>,
     front: Front,
     pending: Pending,
     /// Nothing beyond this distance is wanted.

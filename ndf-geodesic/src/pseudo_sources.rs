@@ -65,7 +65,10 @@ pub(crate) fn emit_windows(
     arrival: Arrival,
     mut emit: impl FnMut(u32, Window),
 ) {
-    if arrival.halfedge == NO_HALFEDGE {
+    // An edge without length joins two vertices into one, whose angles neither of them knows.
+    let joined =
+        |h: u32| mesh.halfedge_length(h) == 0.0 || mesh.halfedge_length(mesh.previous(h)) == 0.0;
+    if arrival.halfedge == NO_HALFEDGE || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
             send(mesh, vertex, distance, h, None, &mut emit);
         }

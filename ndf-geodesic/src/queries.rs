@@ -1,11 +1,13 @@
 //! Distances at any point, from the windows that were kept.
 
 use ndf_core::SurfacePoint;
+use ndf_intrinsic::NO_HALFEDGE;
 
 use crate::exact::{GeodesicError, Geodesics};
+use crate::pseudo_sources::Arrival;
 use crate::sources::{FacePoint, Place};
 use crate::unfolding::Layout;
-use crate::windows::Window;
+use crate::windows::{TIE, Window};
 
 /// The last straight piece of a shortest path to a point.
 #[derive(Clone, Copy, Debug)]
@@ -68,24 +70,31 @@ impl Geodesics<'_> {
         nearest
     }
 
-    /// The last piece of the path to a vertex, which must not come from a vertex that `excluded` names.
-    pub(crate) fn nearest_to_vertex(&self, vertex: u32, excluded: impl Fn(u32) -> bool) -> Nearest {
+    /// The last piece of the path to a vertex that is no source: through the face and side its distance came by. Going
+    /// back by arrivals ends, also over edges without length, as every arrival was settled before the next.
+    pub(crate) fn nearest_to_vertex(&self, vertex: u32) -> Nearest {
         let mesh = self.mesh;
         let mut nearest = Nearest::NONE;
-        for h in mesh.outgoing(vertex) {
-            let opposite = mesh.next(h);
-            let last = mesh.previous(h);
-            for (neighbour, side) in [(mesh.tip(h), h), (mesh.tail(last), last)] {
-                if !excluded(neighbour) {
-                    let distance = self.distances[neighbour as usize] + mesh.halfedge_length(side);
-                    nearest.offer(distance, Piece::Vertex(neighbour));
-                }
-            }
-            let mut barycentric = [0.0; 3];
-            barycentric[h as usize % 3] = 1.0;
-            self.offer_sources(&FacePoint { face: h / 3, barycentric }, &mut nearest);
-            self.offer_windows(opposite, Layout::of(mesh, opposite).apex, &mut nearest);
+        let Arrival { halfedge, crossing } = self.arrivals[vertex as usize];
+        if halfedge == NO_HALFEDGE {
+            return nearest;
         }
+        let distance = self.distances[vertex as usize];
+        for (end, side, at) in [
+            (mesh.tail(halfedge), mesh.previous(halfedge), 0.0),
+            (mesh.tip(halfedge), mesh.next(halfedge), mesh.halfedge_length(halfedge)),
+        ] {
+            let along = self.distances[end as usize] + mesh.halfedge_length(side);
+            if crossing == at && along <= distance * (1.0 + TIE) {
+                nearest.offer(along, Piece::Vertex(end));
+                return nearest;
+            }
+        }
+        let apex = mesh.previous(halfedge);
+        let mut barycentric = [0.0; 3];
+        barycentric[apex as usize % 3] = 1.0;
+        self.offer_sources(&FacePoint { face: halfedge / 3, barycentric }, &mut nearest);
+        self.offer_windows(halfedge, Layout::of(mesh, halfedge).apex, &mut nearest);
         nearest
     }
 

@@ -33,8 +33,6 @@ pub(crate) struct ApexArrival {
     pub(crate) distance: f64,
     /// Where the path crosses the entered half-edge.
     pub(crate) crossing: f64,
-    /// The window's root.
-    pub(crate) root: u32,
 }
 
 impl Layout {
@@ -110,7 +108,7 @@ impl Layout {
             if goes_left && goes_right {
                 let distance = w.offset + w.length_to(apex_x, apex_y);
                 if best.is_none_or(|b| distance < b.distance) {
-                    best = Some(ApexArrival { distance, crossing, root: w.root });
+                    best = Some(ApexArrival { distance, crossing });
                 } else {
                     goes_left = false;
                 }
@@ -130,7 +128,7 @@ impl Layout {
             for w in [before, after].into_iter().flatten() {
                 let (distance, crossing) = w.reach(apex_x, apex_y);
                 if best.is_none_or(|b| distance < b.distance) {
-                    best = Some(ApexArrival { distance, crossing, root: w.root });
+                    best = Some(ApexArrival { distance, crossing });
                 }
             }
         }
