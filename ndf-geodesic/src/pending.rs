@@ -12,6 +12,8 @@ const NO_SLOT: u32 = NO_HALFEDGE;
 pub(crate) struct Pending {
     slot_of: Vec<u32>,
     slots: Vec<Vec<Window>>,
+    /// The least distance of every slot's windows so far.
+    nearest: Vec<f64>,
     free: Vec<u32>,
     merged: Vec<Window>,
     /// Windows that wait now.
@@ -25,6 +27,7 @@ impl Pending {
         Self {
             slot_of: vec![NO_SLOT; halfedges],
             slots: Vec::new(),
+            nearest: Vec::new(),
             free: Vec::new(),
             merged: Vec::new(),
             waiting: 0,
@@ -32,14 +35,17 @@ impl Pending {
         }
     }
 
-    /// Lets sorted, disjoint windows wait at a half-edge, merged with those there.
-    pub(crate) fn add(&mut self, halfedge: u32, windows: &[Window]) {
+    /// Lets sorted, disjoint windows wait at a half-edge, merged with those there. Returns whether none there was as near
+    /// as their `nearest`.
+    pub(crate) fn add(&mut self, halfedge: u32, windows: &[Window], nearest: f64) -> bool {
         let slot = &mut self.slot_of[halfedge as usize];
         if *slot == NO_SLOT {
             *slot = self.free.pop().unwrap_or_else(|| {
                 self.slots.push(Vec::new());
+                self.nearest.push(0.0);
                 self.slots.len() as u32 - 1
             });
+            self.nearest[*slot as usize] = f64::INFINITY;
             self.slots[*slot as usize].extend_from_slice(windows);
             self.waiting += windows.len();
         } else {
@@ -49,6 +55,10 @@ impl Pending {
             std::mem::swap(list, &mut self.merged);
         }
         self.peak = self.peak.max(self.waiting);
+        let before = &mut self.nearest[*slot as usize];
+        let nearer = nearest < *before;
+        *before = before.min(nearest);
+        nearer
     }
 
     /// Takes the windows of a half-edge away; to be given back, as a buffer, with [`recycle`](Self::recycle).

@@ -13,7 +13,7 @@ use crate::front::{Front, Task};
 use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Root, emit_windows};
 use crate::sources::FacePoint;
-use crate::unfolding::Layout;
+use crate::unfolding::Shapes;
 use crate::windows::{TIE, Window};
 
 /// Tasks between two looks at the observer.
@@ -21,6 +21,7 @@ const TASKS_PER_REPORT: u64 = 4096;
 
 pub(crate) struct Wavefront<'a> {
     mesh: &'a IntrinsicMesh,
+    shapes: Shapes,
     pub(crate) distances: Vec<f64>,
     pub(crate) arrivals: Vec<Arrival>,
     front: Front,
@@ -34,6 +35,7 @@ pub(crate) struct Wavefront<'a> {
     pub(crate) statistics: Statistics,
     left: Vec<Window>,
     right: Vec<Window>,
+    emitted: Vec<(u32, Window)>,
 }
 
 impl<'a> Wavefront<'a> {
@@ -46,6 +48,7 @@ impl<'a> Wavefront<'a> {
         let vertices = mesh.vertex_count();
         Self {
             mesh,
+            shapes: Shapes::of(mesh),
             distances: vec![f64::INFINITY; vertices],
             arrivals: vec![Arrival::NONE; vertices],
             front: Front::default(),
@@ -56,6 +59,7 @@ impl<'a> Wavefront<'a> {
             statistics: Statistics::default(),
             left: Vec::new(),
             right: Vec::new(),
+            emitted: Vec::new(),
         }
     }
 
@@ -69,7 +73,7 @@ impl<'a> Wavefront<'a> {
         let root = Root::Source(number).encode(self.mesh.vertex_count());
         for side in 0..3 {
             let halfedge = 3 * point.face + side;
-            let layout = Layout::of(self.mesh, halfedge);
+            let layout = self.shapes.layout(halfedge);
             let [x, depth] = point.above(&layout, side);
             let apex = self.mesh.tail(self.mesh.previous(halfedge));
             let [ax, ay] = layout.apex;
@@ -83,7 +87,7 @@ impl<'a> Wavefront<'a> {
                 let length = layout.length;
                 let window = Window { start: 0.0, end: length, x: length - x, depth, offset: 0.0, root };
                 if length > 0.0 {
-                    self.wait(entered, &mut [window]);
+                    self.wait(entered, &[window]);
                 }
             }
         }
@@ -133,10 +137,10 @@ impl<'a> Wavefront<'a> {
             self.tighten_bound();
         }
         for h in mesh.outgoing(vertex) {
-            let length = mesh.halfedge_length(h);
+            let length = self.shapes.length(h);
             // The face of `h` seen from its tip: the path arrives along the side that ends at this vertex.
             let opposite = mesh.previous(h);
-            let crossing = mesh.halfedge_length(opposite);
+            let crossing = self.shapes.length(opposite);
             self.improve(mesh.tip(h), distance + length, Arrival { halfedge: opposite, crossing });
             if mesh.twin(opposite).is_none() {
                 let arrival = Arrival { halfedge: h, crossing: 0.0 };
@@ -144,7 +148,12 @@ impl<'a> Wavefront<'a> {
             }
         }
         let arrival = self.arrivals[vertex as usize];
-        emit_windows(mesh, vertex, distance, arrival, |entered, window| self.wait(entered, &mut [window]));
+        let mut windows = std::mem::take(&mut self.emitted);
+        emit_windows(mesh, &self.shapes, vertex, distance, arrival, |entered, w| windows.push((entered, w)));
+        for (entered, window) in windows.drain(..) {
+            self.wait(entered, &[window]);
+        }
+        self.emitted = windows;
     }
 
     /// Carries the windows waiting at a half-edge across its face.
@@ -153,7 +162,7 @@ impl<'a> Wavefront<'a> {
         let mesh = self.mesh;
         let (next, previous) = (mesh.next(halfedge), mesh.previous(halfedge));
         let [tail, tip, apex] = [halfedge, next, previous].map(|h| mesh.tail(h));
-        let layout = Layout::of(mesh, halfedge);
+        let layout = self.shapes.layout(halfedge);
         let [at_tail, at_tip] = [tail, tip].map(|v| self.distances[v as usize]);
         let gone = cut_by_tail(&mut list, at_tail);
         let kept = cut_by_tip(&mut list[gone..], layout.length, at_tip);
@@ -172,22 +181,21 @@ impl<'a> Wavefront<'a> {
         let at_apex = self.distances[apex as usize];
         if let Some(entered) = mesh.twin(previous) {
             let kept = cut_by_right_rival(&mut left, &layout.tip_from_left(at_tip));
-            let kept = cut_by_tip(&mut left[..kept], mesh.halfedge_length(previous), at_apex);
+            let kept = cut_by_tip(&mut left[..kept], self.shapes.length(previous), at_apex);
             let gone = cut_by_tail(&mut left[..kept], at_tail);
-            self.wait(entered, &mut left[gone..kept]);
+            self.wait(entered, &left[gone..kept]);
         }
         if let Some(entered) = mesh.twin(next) {
             let gone = cut_by_left_rival(&mut right, &layout.tail_from_right(at_tail));
             let gone = gone + cut_by_tail(&mut right[gone..], at_apex);
-            let kept = cut_by_tip(&mut right[gone..], mesh.halfedge_length(next), at_tip);
-            self.wait(entered, &mut right[gone..gone + kept]);
+            let kept = cut_by_tip(&mut right[gone..], self.shapes.length(next), at_tip);
+            self.wait(entered, &right[gone..gone + kept]);
         }
         (self.left, self.right) = (left, right);
     }
 
     /// Lets windows wait at the half-edge through which they enter a face.
-    fn wait(&mut self, entered: u32, windows: &mut [Window]) {
-        let mut windows = &windows[..];
+    fn wait(&mut self, entered: u32, mut windows: &[Window]) {
         if self.bound < f64::INFINITY {
             while let [first, rest @ ..] = windows
                 && first.nearest() > self.bound
@@ -203,9 +211,10 @@ impl<'a> Wavefront<'a> {
         if windows.is_empty() {
             return;
         }
-        self.pending.add(entered, windows);
         let nearest = windows.iter().map(Window::nearest).fold(f64::INFINITY, f64::min);
-        self.front.push(nearest, Task::Edge(entered));
+        if self.pending.add(entered, windows, nearest) {
+            self.front.push(nearest, Task::Edge(entered));
+        }
     }
 
     /// Lowers the bound to the largest distance of the targets, as far as known.

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use ndf_intrinsic::{IntrinsicMesh, NO_HALFEDGE};
 
-use crate::unfolding::Layout;
+use crate::unfolding::Shapes;
 use crate::windows::Window;
 
 /// How a shortest path arrives at a vertex: through which side of which face.
@@ -60,30 +60,37 @@ const NEEDLE: f64 = 1e-9;
 /// Calls `emit` with every window that a vertex at `distance` sends out and the half-edge it enters the next face by.
 pub(crate) fn emit_windows(
     mesh: &IntrinsicMesh,
+    shapes: &Shapes,
     vertex: u32,
     distance: f64,
     arrival: Arrival,
     mut emit: impl FnMut(u32, Window),
 ) {
     // An edge without length joins two vertices into one, whose angles neither of them knows.
-    let joined =
-        |h: u32| mesh.halfedge_length(h) == 0.0 || mesh.halfedge_length(mesh.previous(h)) == 0.0;
+    let joined = |h: u32| shapes.length(h) == 0.0 || shapes.length(mesh.previous(h)) == 0.0;
     if arrival.halfedge == NO_HALFEDGE || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
-            send(mesh, vertex, distance, h, None, &mut emit);
+            send(mesh, shapes, vertex, distance, h, None, &mut emit);
         }
         return;
     }
+    let boundary = mesh.is_boundary_vertex(vertex);
+    if !boundary && !exceeds_full_turn(mesh, shapes, vertex) {
+        return;
+    }
+    let angle = |h: u32| {
+        let [cos, sin] = shapes.corner(h);
+        sin.atan2(cos)
+    };
     let mut total = 0.0;
     let mut arriving = None;
     for h in mesh.outgoing(vertex) {
         if mesh.next(h) == arrival.halfedge {
-            arriving = Some(total + direction(mesh, arrival));
+            arriving = Some(total + direction(shapes, arrival));
         }
-        total += mesh.corner_angle(h);
+        total += angle(h);
     }
     let arriving = arriving.expect("a path arrives through a face of the vertex");
-    let boundary = mesh.is_boundary_vertex(vertex);
     // Leaving directions, counter-clockwise from the first half-edge; modulo the total where there is no boundary.
     let sectors = if boundary {
         [(f64::NEG_INFINITY, arriving - PI), (arriving + PI, f64::INFINITY)]
@@ -94,21 +101,41 @@ pub(crate) fn emit_windows(
     };
     let mut from = 0.0;
     for h in mesh.outgoing(vertex) {
-        let corner = mesh.corner_angle(h);
+        let corner = angle(h);
         for (low, high) in sectors {
             let (low, high) = (low - WIDENING - from, high + WIDENING - from);
             // A boundary's own direction is an edge, which is relaxed as such.
             if low < corner - 2.0 * WIDENING && high > 2.0 * WIDENING {
-                send(mesh, vertex, distance, h, Some((low.max(0.0), high.min(corner), corner)), &mut emit);
+                let sector = Some((low.max(0.0), high.min(corner), corner));
+                send(mesh, shapes, vertex, distance, h, sector, &mut emit);
             }
         }
         from += corner;
     }
 }
 
+/// Whether the angles around an inner vertex may sum to more than 2π. Most vertices are answered without an arc tangent,
+/// by turning a vector through the corners and counting when it passes the direction it started from.
+fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: u32) -> bool {
+    let (mut x, mut y) = (1.0_f64, 0.0_f64);
+    let mut below = false;
+    for h in mesh.outgoing(vertex) {
+        let [cos, sin] = shapes.corner(h);
+        // Only the direction counts; sums of magnitudes keep it from over- and underflow.
+        let scale = 1.0 / ((cos.abs() + sin) * (x.abs() + y.abs()));
+        (x, y) = ((x * cos - y * sin) * scale, (x * sin + y * cos) * scale);
+        if below && y >= 0.0 {
+            return true;
+        }
+        below |= y < 0.0;
+    }
+    // Flat but for round-off, to be settled by the sum of angles; NaN where a face is a point.
+    !(y < -1e-6)
+}
+
 /// The angle from the arriving face's first half-edge at the vertex, counter-clockwise, to the arriving path.
-fn direction(mesh: &IntrinsicMesh, arrival: Arrival) -> f64 {
-    let layout = Layout::of(mesh, arrival.halfedge);
+fn direction(shapes: &Shapes, arrival: Arrival) -> f64 {
+    let layout = shapes.layout(arrival.halfedge);
     let [x, y] = layout.apex;
     // The first half-edge at the apex runs to the tail.
     let (ax, ay) = (-x, -y);
@@ -120,6 +147,7 @@ fn direction(mesh: &IntrinsicMesh, arrival: Arrival) -> f64 {
 /// `(from, to, corner)` of angles from that half-edge, or everywhere.
 fn send(
     mesh: &IntrinsicMesh,
+    shapes: &Shapes,
     vertex: u32,
     distance: f64,
     outgoing: u32,
@@ -128,7 +156,7 @@ fn send(
 ) {
     let opposite = mesh.next(outgoing);
     let Some(entered) = mesh.twin(opposite) else { return };
-    let layout = Layout::of(mesh, opposite);
+    let layout = shapes.layout(opposite);
     let (length, [x, y]) = (layout.length, layout.apex);
     let mut window =
         Window { start: 0.0, end: length, x: length - x, depth: y, offset: distance, root: vertex };

@@ -20,8 +20,50 @@ pub(crate) struct Layout {
     right: [f64; 2],
 }
 
+/// Sides and area of every face, side by side: what laying out takes, without its square root.
+pub(crate) struct Shapes(Vec<([f64; 3], f64)>);
+
+impl Shapes {
+    pub(crate) fn of(mesh: &IntrinsicMesh) -> Self {
+        let shape = |f| {
+            let sides = mesh.sides(f);
+            (sides, triangle::area(sides))
+        };
+        Self((0..mesh.face_count() as u32).map(shape).collect())
+    }
+
+    /// The face of a half-edge, laid out above it.
+    #[inline]
+    pub(crate) fn layout(&self, halfedge: u32) -> Layout {
+        let (sides, area) = self.0[halfedge as usize / 3];
+        let [a, b, c] = sides;
+        let sides = match halfedge % 3 {
+            0 => [a, b, c],
+            1 => [b, c, a],
+            _ => [c, a, b],
+        };
+        Layout::new(sides, area)
+    }
+
+    /// Length of a half-edge.
+    #[inline]
+    pub(crate) fn length(&self, halfedge: u32) -> f64 {
+        self.0[halfedge as usize / 3].0[halfedge as usize % 3]
+    }
+
+    /// Cosine and sine of the angle at the tail of a half-edge in its face, times one number.
+    #[inline]
+    pub(crate) fn corner(&self, halfedge: u32) -> [f64; 2] {
+        let (sides, area) = self.0[halfedge as usize / 3];
+        let c = halfedge as usize % 3;
+        let (ahead, behind, opposite) = (sides[c], sides[(c + 2) % 3], sides[(c + 1) % 3]);
+        let (longer, shorter) = if ahead > behind { (ahead, behind) } else { (behind, ahead) };
+        [shorter * shorter + (longer - opposite) * (longer + opposite), 4.0 * area]
+    }
+}
+
 fn unit([x, y]: [f64; 2]) -> [f64; 2] {
-    let length = x.hypot(y);
+    let length = (x * x + y * y).sqrt();
     // A side without length: no window crosses it, any direction will do.
     if length > 0.0 { [x / length, y / length] } else { [0.0, 1.0] }
 }
@@ -36,10 +78,16 @@ pub(crate) struct ApexArrival {
 }
 
 impl Layout {
-    /// Lays out a triangle by its sides, beginning with the one on the x axis, counter-clockwise.
-    pub(crate) fn new(sides: [f64; 3]) -> Self {
-        let apex = triangle::apex(sides);
+    /// Lays out a triangle by its sides, beginning with the one on the x axis, counter-clockwise, and its area.
+    #[inline]
+    fn new(sides: [f64; 3], area: f64) -> Self {
         let [length, right_length, left_length] = sides;
+        let (sum, difference) = (left_length + right_length, left_length - right_length);
+        let apex = if length == 0.0 {
+            [0.0, left_length]
+        } else {
+            [0.5 * (length + difference * (sum / length)), 2.0 * area / length]
+        };
         Self {
             length,
             apex,
@@ -52,7 +100,8 @@ impl Layout {
 
     /// The face of a half-edge, laid out above it.
     pub(crate) fn of(mesh: &IntrinsicMesh, halfedge: u32) -> Self {
-        Self::new(mesh.sides_from(halfedge))
+        let sides = mesh.sides_from(halfedge);
+        Self::new(sides, triangle::area(sides))
     }
 
     /// The part of a window that crosses the left side, in the frame of the half-edge that enters the next face
