@@ -55,7 +55,7 @@ const FLAT: f64 = 1e-8;
 const WIDENING: f64 = 1e-9;
 
 /// Faces flatter than this, relatively, are crossed whole: positions along them say little about directions.
-const NEEDLE: f64 = 1e-9;
+const NEEDLE: f64 = 1e-7;
 
 /// Calls `emit` with every window that a vertex at `distance` sends out and the half-edge it enters the next face by.
 pub(crate) fn emit_windows(
@@ -68,7 +68,7 @@ pub(crate) fn emit_windows(
 ) {
     // An edge without length joins two vertices into one, whose angles neither of them knows.
     let joined = |h: u32| shapes.length(h) == 0.0 || shapes.length(mesh.previous(h)) == 0.0;
-    if arrival.halfedge == NO_HALFEDGE || mesh.outgoing(vertex).any(joined) {
+    if arrival.halfedge == NO_HALFEDGE || is_lost(shapes, arrival) || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
             send(mesh, shapes, vertex, distance, h, None, &mut emit);
         }
@@ -131,6 +131,14 @@ fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: u32) -> bool
     }
     // Flat but for round-off, to be settled by the sum of angles; NaN where a face is a point.
     !(y < -1e-6)
+}
+
+/// Whether the direction of an arriving path cannot be told: it comes through a face so flat that the vertex lies on the
+/// side the path crosses.
+fn is_lost(shapes: &Shapes, arrival: Arrival) -> bool {
+    let layout = shapes.layout(arrival.halfedge);
+    let along_edge = arrival.crossing == 0.0 || arrival.crossing == layout.length;
+    !along_edge && layout.apex[1] <= NEEDLE * layout.length
 }
 
 /// The angle from the arriving face's first half-edge at the vertex, counter-clockwise, to the arriving path.
