@@ -11,7 +11,7 @@ use crate::envelope::{cut_by_left_rival, cut_by_right_rival, cut_by_tail, cut_by
 use crate::exact::{GeodesicError, Statistics};
 use crate::front::{Front, Task};
 use crate::pending::Pending;
-use crate::pseudo_sources::{Arrival, Root, emit_windows};
+use crate::pseudo_sources::{Arrival, Emission, FLAT_FACES, Root, cast, emit_windows};
 use crate::sources::FacePoint;
 use crate::unfolding::Shapes;
 use crate::windows::{TIE, Window};
@@ -35,7 +35,7 @@ pub(crate) struct Wavefront<'a> {
     pub(crate) statistics: Statistics,
     left: Vec<Window>,
     right: Vec<Window>,
-    emitted: Vec<(u32, Window)>,
+    emitted: Vec<Emission>,
 }
 
 impl<'a> Wavefront<'a> {
@@ -71,6 +71,7 @@ impl<'a> Wavefront<'a> {
     /// Starts from the point of a face, the source of this number.
     pub(crate) fn add_face_source(&mut self, point: FacePoint, number: u32) {
         let root = Root::Source(number).encode(self.mesh.vertex_count());
+        let mut emitted = Vec::new();
         for side in 0..3 {
             let halfedge = 3 * point.face + side;
             let layout = self.shapes.layout(halfedge);
@@ -87,10 +88,11 @@ impl<'a> Wavefront<'a> {
                 let length = layout.length;
                 let window = Window { start: 0.0, end: length, x: length - x, depth, offset: 0.0, root };
                 if length > 0.0 {
-                    self.wait(entered, &[window]);
+                    cast(self.mesh, &self.shapes, entered, window, FLAT_FACES, &mut emitted);
                 }
             }
         }
+        self.send_out(&mut emitted);
     }
 
     /// Runs until nothing waits.
@@ -148,12 +150,27 @@ impl<'a> Wavefront<'a> {
             }
         }
         let arrival = self.arrivals[vertex as usize];
-        let mut windows = std::mem::take(&mut self.emitted);
-        emit_windows(mesh, &self.shapes, vertex, distance, arrival, |entered, w| windows.push((entered, w)));
-        for (entered, window) in windows.drain(..) {
-            self.wait(entered, &[window]);
+        let mut emitted = std::mem::take(&mut self.emitted);
+        emit_windows(mesh, &self.shapes, vertex, distance, arrival, &mut emitted);
+        self.send_out(&mut emitted);
+        self.emitted = emitted;
+    }
+
+    fn send_out(&mut self, emitted: &mut Vec<Emission>) {
+        for emission in emitted.drain(..) {
+            match emission {
+                Emission::Window(halfedge, window) => self.wait(halfedge, &[window]),
+                Emission::Crossed { halfedge, window, arrival } => {
+                    if let Some(all) = self.kept.get_mut(halfedge as usize) {
+                        all.push(window);
+                    }
+                    if let Some((distance, crossing)) = arrival {
+                        let apex = self.mesh.tail(self.mesh.previous(halfedge));
+                        self.improve(apex, distance, Arrival { halfedge, crossing });
+                    }
+                }
+            }
         }
-        self.emitted = windows;
     }
 
     /// Carries the windows waiting at a half-edge across its face.

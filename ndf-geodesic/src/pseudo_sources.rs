@@ -57,20 +57,66 @@ const WIDENING: f64 = 1e-9;
 /// Faces flatter than this, relatively, are crossed whole: positions along them say little about directions.
 const NEEDLE: f64 = 1e-7;
 
-/// Calls `emit` with every window that a vertex at `distance` sends out and the half-edge it enters the next face by.
+/// What a root sends out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Emission {
+    /// A window that enters a face through this half-edge.
+    Window(u32, Window),
+    /// A window whose root lies on this half-edge: all its lines cross at one point, where it ties with whatever else
+    /// comes by. It has crossed the face already; `arrival` is the distance of the apex and where the line to it crosses.
+    Crossed { halfedge: u32, window: Window, arrival: Option<(f64, f64)> },
+}
+
+/// Faces a window may cross before it is sent out: flat faces in a row.
+pub(crate) const FLAT_FACES: u32 = 32;
+
+/// Sends a window into the face it enters through `halfedge`; beyond that face where the root lies on the half-edge.
+pub(crate) fn cast(
+    mesh: &IntrinsicMesh,
+    shapes: &Shapes,
+    halfedge: u32,
+    window: Window,
+    faces: u32,
+    out: &mut Vec<Emission>,
+) {
+    let on_halfedge = window.x > window.start && window.x < window.end;
+    if window.depth > NEEDLE * shapes.length(halfedge) || !on_halfedge || faces == 0 {
+        // Lines along the half-edge lead nowhere that its ends do not.
+        if window.depth > 0.0 || on_halfedge {
+            out.push(Emission::Window(halfedge, window));
+        }
+        return;
+    }
+    let layout = shapes.layout(halfedge);
+    let [x, y] = layout.apex;
+    let crossing = window.crossing(x, y);
+    let (goes_left, goes_right) = (crossing > window.start, crossing < window.end);
+    let arrival = (goes_left && goes_right).then(|| (window.offset + window.length_to(x, y), crossing));
+    out.push(Emission::Crossed { halfedge, window, arrival });
+    for (goes, side, part) in [
+        (goes_left, mesh.previous(halfedge), layout.to_left(&window, crossing)),
+        (goes_right, mesh.next(halfedge), layout.to_right(&window, crossing)),
+    ] {
+        if let (true, Some(entered), Some(part)) = (goes, mesh.twin(side), part) {
+            cast(mesh, shapes, entered, part, faces - 1, out);
+        }
+    }
+}
+
+/// Appends what a vertex at `distance` sends out to `out`.
 pub(crate) fn emit_windows(
     mesh: &IntrinsicMesh,
     shapes: &Shapes,
     vertex: u32,
     distance: f64,
     arrival: Arrival,
-    mut emit: impl FnMut(u32, Window),
+    out: &mut Vec<Emission>,
 ) {
     // An edge without length joins two vertices into one, whose angles neither of them knows.
     let joined = |h: u32| shapes.length(h) == 0.0 || shapes.length(mesh.previous(h)) == 0.0;
     if arrival.halfedge == NO_HALFEDGE || is_lost(shapes, arrival) || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
-            send(mesh, shapes, vertex, distance, h, None, &mut emit);
+            send(mesh, shapes, vertex, distance, h, None, out);
         }
         return;
     }
@@ -107,7 +153,7 @@ pub(crate) fn emit_windows(
             // A boundary's own direction is an edge, which is relaxed as such.
             if low < corner - 2.0 * WIDENING && high > 2.0 * WIDENING {
                 let sector = Some((low.max(0.0), high.min(corner), corner));
-                send(mesh, shapes, vertex, distance, h, sector, &mut emit);
+                send(mesh, shapes, vertex, distance, h, sector, out);
             }
         }
         from += corner;
@@ -160,7 +206,7 @@ fn send(
     distance: f64,
     outgoing: u32,
     sector: Option<(f64, f64, f64)>,
-    emit: &mut impl FnMut(u32, Window),
+    out: &mut Vec<Emission>,
 ) {
     let opposite = mesh.next(outgoing);
     let Some(entered) = mesh.twin(opposite) else { return };
@@ -186,6 +232,6 @@ fn send(
         }
     }
     if window.start < window.end {
-        emit(entered, window);
+        cast(mesh, shapes, entered, window, FLAT_FACES, out);
     }
 }
