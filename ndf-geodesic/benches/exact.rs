@@ -1,9 +1,10 @@
-//! Exact distances and the heat method on one thread: `cargo bench -p ndf-geodesic --bench exact -- [MESH …]`.
+//! Exact distances and the heat method on one thread: `cargo bench -p ndf-geodesic --bench exact -- [MESH
+//! …]`.
 //!
-//! Every mesh is measured as it is, and split into four once more while that gives at most 500,000 faces. Source:
-//! vertex 0. `seconds` is the least of a few runs; connectivity and lengths are given. `peak` counts the windows that
-//! waited at once, `front` the bytes of their buffers; `kept` is the time with all windows kept. Heat: factorising once,
-//! then one set of sources.
+//! Every mesh is measured as it is, and split into four once more while that gives at most 500,000 faces.
+//! Source: vertex 0. `seconds` is the least of a few runs; connectivity and lengths are given. `peak` counts
+//! the windows that waited at once, `front` the bytes of their buffers; `kept` is the time with all windows
+//! kept. Heat: factorising once, then one set of sources.
 
 #![allow(clippy::print_stdout)]
 
@@ -21,7 +22,16 @@ const MOST_FACES: usize = 500_000;
 fn main() {
     println!(
         "{:<26} {:>8} {:>8} {:>10} {:>7} {:>9} {:>9} {:>9} {:>10} {:>10}",
-        "mesh", "vertices", "faces", "windows", "peak", "front MB", "seconds", "kept s", "factors s", "heat s"
+        "mesh",
+        "vertices",
+        "faces",
+        "windows",
+        "peak",
+        "front MB",
+        "seconds",
+        "kept s",
+        "factors s",
+        "heat s"
     );
     bench("icosphere", &shapes::icosphere(6));
     bench("trefoil knot", &shapes::trefoil_knot(1000, 50, 0.2));
@@ -49,7 +59,8 @@ fn bench(name: &str, mesh: &TriangleMesh) {
 
 fn measure(name: &str, mesh: &IntrinsicMesh) {
     let source = [SurfacePoint::Vertex(0)];
-    let exact = |options: &ExactOptions<'_>| exact_distances(mesh, &source, options).expect("vertex 0 exists");
+    let exact =
+        |options: &ExactOptions<'_>| exact_distances(mesh, &source, options).expect("vertex 0 exists");
     let (seconds, geodesics) = least_seconds(3, || exact(&ExactOptions::default()));
     let (kept, _) = least_seconds(1, || exact(&ExactOptions::with_windows()));
     let (factors, solver) = least_seconds(1, || HeatSolver::new(mesh));

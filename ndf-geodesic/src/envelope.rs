@@ -2,8 +2,8 @@
 
 use crate::windows::{Survivors, TIE, Window, comes_from_left, crossed, divide, divide_unordered};
 
-/// Appends a window that comes after all of `list[from..]` in the order of windows, and trims the end of the list and
-/// the window against one another.
+/// Appends a window that comes after all of `list[from..]` in the order of windows, and trims the end of the
+/// list and the window against one another.
 #[inline]
 pub(crate) fn push_ordered(list: &mut Vec<Window>, from: usize, mut window: Window) {
     while list.len() > from {
@@ -85,9 +85,9 @@ fn insert_last(list: &mut Vec<Window>, mut window: Window) {
     }
 }
 
-/// Cuts from the front of the list what a path over the vertex at the half-edge's tail makes superfluous, `distance`
-/// being the tail's. The vertex comes before all windows in their order, so its wins are a prefix. Returns how many
-/// windows are gone.
+/// Cuts from the front of the list what a path over the vertex at the half-edge's tail makes superfluous,
+/// `distance` being the tail's. The vertex comes before all windows in their order, so its wins are a prefix.
+/// Returns how many windows are gone.
 pub(crate) fn cut_by_tail(list: &mut [Window], distance: f64) -> usize {
     let mut gone = 0;
     for w in list.iter_mut() {
@@ -108,8 +108,8 @@ pub(crate) fn cut_by_tail(list: &mut [Window], distance: f64) -> usize {
     gone
 }
 
-/// The mirror of [`cut_by_tail`]: cuts from the end what a path over the tip makes superfluous. Returns how many windows
-/// remain.
+/// The mirror of [`cut_by_tail`]: cuts from the end what a path over the tip makes superfluous. Returns how
+/// many windows remain.
 pub(crate) fn cut_by_tip(list: &mut [Window], length: f64, distance: f64) -> usize {
     let mut kept = list.len();
     for w in list.iter_mut().rev() {
@@ -130,8 +130,9 @@ pub(crate) fn cut_by_tip(list: &mut [Window], length: f64, distance: f64) -> usi
     kept
 }
 
-/// Cuts from the front what a path over a vertex to the left of all windows' strips, straight through the face, makes
-/// superfluous; `rival` is that path as a window on the same half-edge. Returns how many windows are gone.
+/// Cuts from the front what a path over a vertex to the left of all windows' strips, straight through the
+/// face, makes superfluous; `rival` is that path as a window on the same half-edge. Returns how many windows
+/// are gone.
 pub(crate) fn cut_by_left_rival(list: &mut [Window], rival: &Window) -> usize {
     let mut gone = 0;
     for w in list.iter_mut() {

@@ -10,13 +10,13 @@ use crate::windows::Window;
 
 /// What to compute besides distances at vertices, and where to stop.
 pub struct ExactOptions<'a> {
-    /// Keep all windows, which distances at other points than vertices and paths need. Memory then grows with all
-    /// windows ever made, by some hundred bytes a window, and not with the front.
+    /// Keep all windows, which distances at other points than vertices and paths need. Memory then grows with
+    /// all windows ever made, by some hundred bytes a window, and not with the front.
     pub keep_windows: bool,
     /// Stop at this distance; what lies beyond stays infinite.
     pub radius: f64,
-    /// Stop when the distances of all these points are known; what lies beyond the farthest stays infinite. Empty to
-    /// go everywhere.
+    /// Stop when the distances of all these points are known; what lies beyond the farthest stays infinite.
+    /// Empty to go everywhere.
     pub targets: &'a [SurfacePoint],
     /// Watches the work and can stop it.
     pub progress: &'a dyn Progress,
@@ -100,8 +100,8 @@ pub struct Geodesics<'a> {
 }
 
 impl Geodesics<'_> {
-    /// Distance of every vertex from its nearest source; +∞ where none reaches, and beyond the radius or the targets
-    /// at which the computation stopped.
+    /// Distance of every vertex from its nearest source; +∞ where none reaches, and beyond the radius or the
+    /// targets at which the computation stopped.
     pub fn distances(&self) -> &[f64] {
         &self.distances
     }
@@ -119,14 +119,15 @@ impl Geodesics<'_> {
 
 /// Exact geodesic distances on a polyhedral surface from the nearest of `sources`.
 ///
-/// Distances are in the unit of the mesh's lengths and exact up to round-off: every one is the length of a path on the
-/// surface, and no path is shorter by more than some 1e-12 of it. Cost: O(n² log n) at worst, about O(n^1.5) on the
-/// meshes of practice; memory a few dozen bytes a face plus the windows of the front, see
-/// [`ExactOptions::keep_windows`].
+/// Distances are in the unit of the mesh's lengths and exact up to round-off: every one is the length of a
+/// path on the surface, and no path is shorter by more than some 1e-12 of it. Cost: O(n² log n) at worst,
+/// about O(n^1.5) on the meshes of practice; memory a few dozen bytes a face plus the windows of the front,
+/// see [`ExactOptions::keep_windows`].
 ///
-/// Sources: Mitchell, Mount and Papadimitriou (1987) for windows and pseudo-sources; Chen and Han (1990) and Xin and Wang
-/// (2009) for what vertices rule out; Qin et al. (2016) for crossing faces with whole lists of windows. Lists are kept
-/// as exact lower envelopes here, and vertices send windows only into the sector a shortest path can take.
+/// Sources: Mitchell, Mount and Papadimitriou (1987) for windows and pseudo-sources; Chen and Han (1990) and
+/// Xin and Wang (2009) for what vertices rule out; Qin et al. (2016) for crossing faces with whole lists of
+/// windows. Lists are kept as exact lower envelopes here, and vertices send windows only into the sector a
+/// shortest path can take.
 ///
 /// # Errors
 /// If there is no source, a source or target is not on the mesh, or the observer cancels.

@@ -1,21 +1,25 @@
-//! Geodesics in heat (Crane, Weischedel and Wardetzky 2013): smooth approximate distances by two linear solves.
+//! Geodesics in heat (Crane, Weischedel and Wardetzky 2013): smooth approximate distances by two linear
+//! solves.
 //!
-//! Heat diffuses from the sources for a short time, `(M + t L) u = δ`; its gradient, made unit, points away from them;
-//! the function whose gradient fits that best, `L φ = ∇·(−∇u/|∇u|)`, is the distance up to a constant. `M` is the lumped
-//! mass, `L` the positive cotangent Laplacian. Both matrices are factorised once and serve every set of sources.
+//! Heat diffuses from the sources for a short time, `(M + t L) u = δ`; its gradient, made unit, points away
+//! from them; the function whose gradient fits that best, `L φ = ∇·(−∇u/|∇u|)`, is the distance up to a
+//! constant. `M` is the lumped mass, `L` the positive cotangent Laplacian. Both matrices are factorised once
+//! and serve every set of sources.
 //!
 //! # The time step
-//! `t = time · h²` with the mean edge length `h`. As `t → 0` the result tends to a distance in the *graph* of the mesh; a
-//! larger `t` smooths ridges and cut loci and biases distances near them. `time = 1` is the authors' choice and right for
-//! triangles of about one size; raise it on anisotropic meshes, where it takes several edges to cross the length `h`,
-//! and on meshes more than some 700 edges across, where heat that decays by e an edge underflows.
+//! `t = time · h²` with the mean edge length `h`. As `t → 0` the result tends to a distance in the *graph* of
+//! the mesh; a larger `t` smooths ridges and cut loci and biases distances near them. `time = 1` is the
+//! authors' choice and right for triangles of about one size; raise it on anisotropic meshes, where it takes
+//! several edges to cross the length `h`, and on meshes more than some 700 edges across, where heat that
+//! decays by e an edge underflows.
 //!
 //! # When to use which
-//! [Exact windows](crate::exact_distances) where distances are measured, compared or followed back to paths: exact on any
-//! triangulation, slivers included. Heat where the same surface is asked again and again from other sources, where a
-//! smooth field is wanted, or where errors of about one per cent do not matter. Heat wants a Delaunay triangulation:
-//! elsewhere cotangents may be negative and the maximum principle fails; flip the intrinsic mesh first. Without flips the
-//! result is a number everywhere, but may be far off around slivers.
+//! [Exact windows](crate::exact_distances) where distances are measured, compared or followed back to paths:
+//! exact on any triangulation, slivers included. Heat where the same surface is asked again and again from
+//! other sources, where a smooth field is wanted, or where errors of about one per cent do not matter. Heat
+//! wants a Delaunay triangulation: elsewhere cotangents may be negative and the maximum principle fails; flip
+//! the intrinsic mesh first. Without flips the result is a number everywhere, but may be far off around
+//! slivers.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
@@ -42,7 +46,8 @@ pub struct HeatSolver {
 }
 
 impl HeatSolver {
-    /// Factorises for the authors' time step, the square of the mean edge length. O(n^1.5) for meshes of practice.
+    /// Factorises for the authors' time step, the square of the mean edge length. O(n^1.5) for meshes of
+    /// practice.
     ///
     /// # Errors
     /// If a factorisation fails, which takes lengths that are no surface's.
@@ -92,8 +97,8 @@ impl HeatSolver {
                 .map_err(|e| failed(format!("{e:?}")))
         };
         let heat = matrix(step, diagonal.iter().zip(&mass).map(|(d, m)| m + step * d).collect())?;
-        // A right-hand side sums to zero over a component: pulling one vertex of it towards 0 holds that vertex at
-        // exactly 0 and changes nothing else, but makes the matrix definite.
+        // A right-hand side sums to zero over a component: pulling one vertex of it towards 0 holds that
+        // vertex at exactly 0 and changes nothing else, but makes the matrix definite.
         let mut pulled = diagonal;
         let mut last = u32::MAX;
         let mut by_component: Vec<usize> = (0..vertices).collect();
@@ -119,9 +124,9 @@ impl HeatSolver {
         self.time
     }
 
-    /// Approximate distance of every vertex from the nearest of the sources, in the unit of the mesh's lengths: +∞ in
-    /// components without a source, never negative, 0 at the nearest source or by a fraction of an edge's length off
-    /// at sources inside faces. Two solves, O(n log n).
+    /// Approximate distance of every vertex from the nearest of the sources, in the unit of the mesh's
+    /// lengths: +∞ in components without a source, never negative, 0 at the nearest source or by a fraction
+    /// of an edge's length off at sources inside faces. Two solves, O(n log n).
     ///
     /// # Errors
     /// If there is no source or one is not on the mesh.
@@ -149,7 +154,8 @@ impl HeatSolver {
         // The constant of every component: the lowest value at its sources.
         let mut lowest = vec![f64::INFINITY; vertices];
         for (corners, barycentric) in weights {
-            let value: f64 = corners.iter().zip(barycentric).map(|(&v, b)| b * potential[(v as usize, 0)]).sum();
+            let value: f64 =
+                corners.iter().zip(barycentric).map(|(&v, b)| b * potential[(v as usize, 0)]).sum();
             let component = self.components[corners[0] as usize] as usize;
             lowest[component] = lowest[component].min(value);
         }
@@ -181,7 +187,8 @@ impl HeatSolver {
                 continue;
             }
             let away = [-gradient[0] / norm, -gradient[1] / norm];
-            // Twice the area times the gradients of the hat functions: the opposite sides turned by a right angle.
+            // Twice the area times the gradients of the hat functions: the opposite sides turned by a right
+            // angle.
             let hats = [[-y, x - length], [y, -x], [0.0, length]];
             for (corner, hat) in corners.into_iter().zip(hats) {
                 // The weak form of L φ = −div: ∫ ∇φ·∇ψ = ∫ X·∇ψ.
@@ -237,7 +244,6 @@ mod tests {
             let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(level)).unwrap());
             mean_error(&mesh, &[SurfacePoint::Vertex(0)])
         });
-        println!("mean errors relative to the largest distance: {errors:?}");
         assert!(errors[0] < 0.03 && errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
         let grid = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::grid(40, 30)).unwrap());
         let inside = SurfacePoint::Face { face: 1111, barycentric: [0.2, 0.3, 0.5] };

@@ -1,7 +1,7 @@
 //! Shortest paths, followed back from a point to its source.
 //!
-//! A path is straight between pseudo-sources: each piece is found by the window that gives the distance, and unrolled
-//! face by face towards the window's root.
+//! A path is straight between pseudo-sources: each piece is found by the window that gives the distance, and
+//! unrolled face by face towards the window's root.
 
 use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
 use ndf_intrinsic::IntrinsicMesh;
@@ -21,7 +21,8 @@ const AT_VERTEX: f64 = 1e-12;
 /// A shortest path on a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// The corners of the polyline, from the point asked for to the source: straight in a face between each two.
+    /// The corners of the polyline, from the point asked for to the source: straight in a face between each
+    /// two.
     pub points: Vec<SurfacePoint>,
     /// Its length: the distance of the point.
     pub length: f64,
@@ -39,7 +40,8 @@ impl Path {
     }
 }
 
-/// A line on its way back through the surface: it crosses `halfedge`, leaving that half-edge's face, towards a root.
+/// A line on its way back through the surface: it crosses `halfedge`, leaving that half-edge's face, towards
+/// a root.
 #[derive(Clone, Copy, Debug)]
 struct Ray {
     halfedge: u32,
@@ -51,12 +53,12 @@ struct Ray {
 }
 
 impl Geodesics<'_> {
-    /// A shortest path from a point of the mesh back to its nearest source; where several are equally short, one of them.
-    /// O(windows of the faces with a corner, and faces crossed).
+    /// A shortest path from a point of the mesh back to its nearest source; where several are equally short,
+    /// one of them. O(windows of the faces with a corner, and faces crossed).
     ///
     /// # Errors
-    /// If the windows were not [kept](crate::ExactOptions::keep_windows), the point is not on the mesh, no source
-    /// reaches it, or lengths that are not those of a surface lead the path astray.
+    /// If the windows were not [kept](crate::ExactOptions::keep_windows), the point is not on the mesh, no
+    /// source reaches it, or lengths that are not those of a surface lead the path astray.
     pub fn path_to(&self, point: SurfacePoint) -> Result<Path, GeodesicError> {
         let length = self.distance_at(point)?;
         if self.windows.is_empty() {
@@ -103,14 +105,15 @@ impl Geodesics<'_> {
         Err(lost())
     }
 
-    /// Follows a line back to its root or to a vertex that lies on it, appending where it crosses edges; returns which.
-    /// `None` where it misses the root.
+    /// Follows a line back to its root or to a vertex that lies on it, appending where it crosses edges;
+    /// returns which. `None` where it misses the root.
     fn follow(&self, mut ray: Ray, root: Root, points: &mut Vec<SurfacePoint>) -> Option<Root> {
         // A shortest path crosses a face at most once for every source and bend.
         for _ in 0..=2 * self.mesh.face_count() {
             let point = on_halfedge(self.mesh, ray.halfedge, ray.crossing);
             if let SurfacePoint::Vertex(v) = point {
-                // The vertex' own path is as short as the rest of this line, and needs no unrolling around it.
+                // The vertex' own path is as short as the rest of this line, and needs no unrolling around
+                // it.
                 return Some(Root::Vertex(v));
             }
             push(points, point);
@@ -146,20 +149,24 @@ impl Geodesics<'_> {
     }
 }
 
-/// Carries a line on from the point `from` of the x axis through the face of `halfedge`, laid out above it, towards the
-/// root `to`: to the side where it leaves.
+/// Carries a line on from the point `from` of the x axis through the face of `halfedge`, laid out above it,
+/// towards the root `to`: to the side where it leaves.
 fn leave(mesh: &IntrinsicMesh, halfedge: u32, layout: &Layout, from: f64, to: [f64; 2]) -> Ray {
+    let tip = [layout.length, 0.0];
+    let (right, right_miss) = meet(mesh.next(halfedge), tip, layout.apex, from, to);
+    let (left, left_miss) = meet(mesh.previous(halfedge), layout.apex, [0.0, 0.0], from, to);
     let [ax, ay] = layout.apex;
-    let [rx, ry] = [to[0] - from, to[1]];
-    let apex_is_left = rx * ay - ry * (ax - from) > 0.0;
-    // The side it leaves through, from its tail in direction (ex, ey).
-    let (side, [tx, ty], [ex, ey]) = if apex_is_left {
-        (mesh.next(halfedge), [layout.length, 0.0], [ax - layout.length, ay])
-    } else {
-        (mesh.previous(halfedge), [ax, ay], [-ax, -ay])
-    };
-    let length = ex.hypot(ey);
-    let [ex, ey] = if length > 0.0 { [ex / length, ey / length] } else { [1.0, 0.0] };
+    let apex_is_left = to[0] * ay - from * ay - to[1] * (ax - from) > 0.0;
+    // In a face without area the line is parallel to all sides; the side that it lies on is the one it does
+    // not miss.
+    if right_miss < left_miss || (right_miss == left_miss && apex_is_left) { right } else { left }
+}
+
+/// Where the line from the point `from` of the x axis to `to` meets the side between two points, and by how
+/// much it misses that side.
+fn meet(side: u32, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [f64; 2]) -> (Ray, f64) {
+    let length = (hx - tx).hypot(hy - ty);
+    let [ex, ey] = if length > 0.0 { [(hx - tx) / length, (hy - ty) / length] } else { [1.0, 0.0] };
     let into = |x: f64, y: f64| {
         let [dx, dy] = [x - tx, y - ty];
         [dx * ex + dy * ey, ex * dy - ey * dx]
@@ -168,7 +175,9 @@ fn leave(mesh: &IntrinsicMesh, halfedge: u32, layout: &Layout, from: f64, to: [f
     let (above, depth) = (py.max(0.0), (-y).max(0.0));
     let sum = above + depth;
     let crossing = if sum > 0.0 { px + (x - px) * (above / sum) } else { px };
-    Ray { halfedge: side, crossing: crossing.clamp(0.0, mesh.halfedge_length(side)), x, depth }
+    // Missing also means a root on this side of the side's line.
+    let miss = (-crossing).max(crossing - length).max(y).max(0.0);
+    (Ray { halfedge: side, crossing: crossing.clamp(0.0, length), x, depth }, miss)
 }
 
 /// The point of a half-edge at this length from its tail.

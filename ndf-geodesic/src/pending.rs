@@ -35,8 +35,8 @@ impl Pending {
         }
     }
 
-    /// Lets sorted, disjoint windows wait at a half-edge, merged with those there. Returns whether none there was as near
-    /// as their `nearest`.
+    /// Lets sorted, disjoint windows wait at a half-edge, merged with those there. Returns whether none there
+    /// was as near as their `nearest`.
     pub(crate) fn add(&mut self, halfedge: u32, windows: &[Window], nearest: f64) -> bool {
         let slot = &mut self.slot_of[halfedge as usize];
         if *slot == NO_SLOT {
@@ -82,6 +82,10 @@ impl Pending {
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.slot_of.len() + self.free.len())
-            + self.slots.iter().map(|s| s.capacity() * size_of::<Window>() + size_of::<Vec<Window>>()).sum::<usize>()
+            + self
+                .slots
+                .iter()
+                .map(|s| s.capacity() * size_of::<Window>() + size_of::<Vec<Window>>())
+                .sum::<usize>()
     }
 }

@@ -1,8 +1,8 @@
 //! The wavefront: windows carried from face to face until nothing gets shorter.
 //!
-//! All windows waiting at a half-edge cross its face at once ("triangle-oriented", Qin et al. 2016), trimmed against one
-//! another where they meet. Whatever the order of the crossings, the distances end up exact: every shorter way is
-//! carried on. The order decides how often a face is crossed.
+//! All windows waiting at a half-edge cross its face at once ("triangle-oriented", Qin et al. 2016), trimmed
+//! against one another where they meet. Whatever the order of the crossings, the distances end up exact:
+//! every shorter way is carried on. The order decides how often a face is crossed.
 
 use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;

@@ -1,9 +1,9 @@
 //! Where straight lines begin: sources, and the saddle and boundary vertices at which shortest paths bend.
 //!
-//! A shortest path bends at a vertex only so that it leaves an angle of at least π on both sides of it (Mitchell,
-//! Mount and Papadimitriou 1987, lemma 3.4). A vertex therefore sends out windows only into the directions that make
-//! at least π with the one its own shortest path arrives from: none at all where the surface is flat or curved like a
-//! sphere, a thin sector at most saddles, everything at a source.
+//! A shortest path bends at a vertex only so that it leaves an angle of at least π on both sides of it
+//! (Mitchell, Mount and Papadimitriou 1987, lemma 3.4). A vertex therefore sends out windows only into the
+//! directions that make at least π with the one its own shortest path arrives from: none at all where the
+//! surface is flat or curved like a sphere, a thin sector at most saddles, everything at a source.
 
 use std::f64::consts::PI;
 
@@ -15,8 +15,8 @@ use crate::windows::Window;
 /// How a shortest path arrives at a vertex: through which side of which face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrival {
-    /// The half-edge opposite to the vertex in the face the path comes through; [`NO_HALFEDGE`] at a source and where
-    /// nothing arrived.
+    /// The half-edge opposite to the vertex in the face the path comes through; [`NO_HALFEDGE`] at a source
+    /// and where nothing arrived.
     pub(crate) halfedge: u32,
     /// Where its line crosses that half-edge, as a length from the tail; an end for a path along an edge.
     pub(crate) crossing: f64,
@@ -46,12 +46,12 @@ impl Root {
     }
 }
 
-/// Angles beyond flat below which a vertex bends no path: a path that passes it straight errs by the square of this,
-/// relatively. Sums of computed angles of flat vertices miss 2π by some 1e-15.
+/// Angles beyond flat below which a vertex bends no path: a path that passes it straight errs by the square
+/// of this, relatively. Sums of computed angles of flat vertices miss 2π by some 1e-15.
 const FLAT: f64 = 1e-8;
 
-/// Sectors are widened by this angle on both sides, so that no direction falls between them and the windows that pass
-/// the vertex.
+/// Sectors are widened by this angle on both sides, so that no direction falls between them and the windows
+/// that pass the vertex.
 const WIDENING: f64 = 1e-9;
 
 /// Faces flatter than this, relatively, are crossed whole: positions along them say little about directions.
@@ -62,15 +62,17 @@ const NEEDLE: f64 = 1e-7;
 pub(crate) enum Emission {
     /// A window that enters a face through this half-edge.
     Window(u32, Window),
-    /// A window whose root lies on this half-edge: all its lines cross at one point, where it ties with whatever else
-    /// comes by. It has crossed the face already; `arrival` is the distance of the apex and where the line to it crosses.
+    /// A window whose root lies on this half-edge: all its lines cross at one point, where it ties with
+    /// whatever else comes by. It has crossed the face already; `arrival` is the distance of the apex and
+    /// where the line to it crosses.
     Crossed { halfedge: u32, window: Window, arrival: Option<(f64, f64)> },
 }
 
 /// Faces a window may cross before it is sent out: flat faces in a row.
 pub(crate) const FLAT_FACES: u32 = 32;
 
-/// Sends a window into the face it enters through `halfedge`; beyond that face where the root lies on the half-edge.
+/// Sends a window into the face it enters through `halfedge`; beyond that face where the root lies on the
+/// half-edge.
 pub(crate) fn cast(
     mesh: &IntrinsicMesh,
     shapes: &Shapes,
@@ -94,8 +96,8 @@ pub(crate) fn cast(
     let arrival = (goes_left && goes_right).then(|| (window.offset + window.length_to(x, y), crossing));
     out.push(Emission::Crossed { halfedge, window, arrival });
     for (goes, side, part) in [
-        (goes_left, mesh.previous(halfedge), layout.to_left(&window, crossing)),
-        (goes_right, mesh.next(halfedge), layout.to_right(&window, crossing)),
+        (goes_left, mesh.previous(halfedge), layout.left_part(&window, crossing)),
+        (goes_right, mesh.next(halfedge), layout.right_part(&window, crossing)),
     ] {
         if let (true, Some(entered), Some(part)) = (goes, mesh.twin(side), part) {
             cast(mesh, shapes, entered, part, faces - 1, out);
@@ -137,7 +139,8 @@ pub(crate) fn emit_windows(
         total += angle(h);
     }
     let arriving = arriving.expect("a path arrives through a face of the vertex");
-    // Leaving directions, counter-clockwise from the first half-edge; modulo the total where there is no boundary.
+    // Leaving directions, counter-clockwise from the first half-edge; modulo the total where there is no
+    // boundary.
     let sectors = if boundary {
         [(f64::NEG_INFINITY, arriving - PI), (arriving + PI, f64::INFINITY)]
     } else if total <= 2.0 * PI + FLAT {
@@ -160,8 +163,9 @@ pub(crate) fn emit_windows(
     }
 }
 
-/// Whether the angles around an inner vertex may sum to more than 2π. Most vertices are answered without an arc tangent,
-/// by turning a vector through the corners and counting when it passes the direction it started from.
+/// Whether the angles around an inner vertex may sum to more than 2π. Most vertices are answered without an
+/// arc tangent, by turning a vector through the corners and counting when it passes the direction it started
+/// from.
 fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: u32) -> bool {
     let (mut x, mut y) = (1.0_f64, 0.0_f64);
     let mut below = false;
@@ -176,11 +180,11 @@ fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: u32) -> bool
         below |= y < 0.0;
     }
     // Flat but for round-off, to be settled by the sum of angles; NaN where a face is a point.
-    !(y < -1e-6)
+    y >= -1e-6 || y.is_nan()
 }
 
-/// Whether the direction of an arriving path cannot be told: it comes through a face so flat that the vertex lies on the
-/// side the path crosses.
+/// Whether the direction of an arriving path cannot be told: it comes through a face so flat that the vertex
+/// lies on the side the path crosses.
 fn is_lost(shapes: &Shapes, arrival: Arrival) -> bool {
     let layout = shapes.layout(arrival.halfedge);
     let along_edge = arrival.crossing == 0.0 || arrival.crossing == layout.length;
@@ -217,8 +221,8 @@ fn send(
     if let Some((from, to, corner)) = sector
         && y > NEEDLE * length
     {
-        // Where the direction at this angle from the outgoing half-edge, which runs to the tail of the opposite side,
-        // meets that side.
+        // Where the direction at this angle from the outgoing half-edge, which runs to the tail of the
+        // opposite side, meets that side.
         let meet = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
             let down = x * sin + y * cos;

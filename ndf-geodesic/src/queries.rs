@@ -38,9 +38,9 @@ impl Nearest {
 }
 
 impl Geodesics<'_> {
-    /// Distance of any point of the mesh from its nearest source; +∞ where none reaches, and beyond the radius or the
-    /// targets at which the computation stopped. Exact, from the windows on the sides of the point's face; O(their
-    /// number).
+    /// Distance of any point of the mesh from its nearest source; +∞ where none reaches, and beyond the
+    /// radius or the targets at which the computation stopped. Exact, from the windows on the sides of the
+    /// point's face; O(their number).
     ///
     /// # Errors
     /// If the windows were not [kept](crate::ExactOptions::keep_windows) or the point is not on the mesh.
@@ -70,8 +70,9 @@ impl Geodesics<'_> {
         nearest
     }
 
-    /// The last piece of the path to a vertex that is no source: through the face and side its distance came by. Going
-    /// back by arrivals ends, also over edges without length, as every arrival was settled before the next.
+    /// The last piece of the path to a vertex that is no source: through the face and side its distance came
+    /// by. Going back by arrivals ends, also over edges without length, as every arrival was settled before
+    /// the next.
     pub(crate) fn nearest_to_vertex(&self, vertex: u32) -> Nearest {
         let mesh = self.mesh;
         let mut nearest = Nearest::NONE;

@@ -93,7 +93,8 @@ impl FacePoint {
     /// Length of the straight line to a point of the same face.
     pub(crate) fn distance_in_face(&self, mesh: &IntrinsicMesh, other: &Self) -> f64 {
         let mut d = [0, 1, 2].map(|i| self.barycentric[i] - other.barycentric[i]);
-        // The largest as minus the sum of the others: what it lost by rounding near a corner is still in them.
+        // The largest as minus the sum of the others: what it lost by rounding near a corner is still in
+        // them.
         let largest = (0..3).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs())).unwrap_or(0);
         d[largest] = -(d[(largest + 1) % 3] + d[(largest + 2) % 3]);
         triangle::displacement_length(mesh.sides(self.face), d)

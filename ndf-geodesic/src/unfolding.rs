@@ -1,4 +1,5 @@
-//! A face laid out in the plane of the half-edge through which windows enter it, and windows carried across it.
+//! A face laid out in the plane of the half-edge through which windows enter it, and windows carried across
+//! it.
 
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 
@@ -78,7 +79,8 @@ pub(crate) struct ApexArrival {
 }
 
 impl Layout {
-    /// Lays out a triangle by its sides, beginning with the one on the x axis, counter-clockwise, and its area.
+    /// Lays out a triangle by its sides, beginning with the one on the x axis, counter-clockwise, and its
+    /// area.
     #[inline]
     fn new(sides: [f64; 3], area: f64) -> Self {
         let [length, right_length, left_length] = sides;
@@ -104,17 +106,18 @@ impl Layout {
         Self::new(sides, triangle::area(sides))
     }
 
-    /// The part of a window that crosses the left side, in the frame of the half-edge that enters the next face
-    /// there: from tail to apex. `crossing` is where the line from the root to the apex crosses the x axis.
+    /// The part of a window that crosses the left side, in the frame of the half-edge that enters the next
+    /// face there: from tail to apex. `crossing` is where the line from the root to the apex crosses the x
+    /// axis.
     #[inline]
-    pub(crate) fn to_left(&self, w: &Window, crossing: f64) -> Option<Window> {
+    pub(crate) fn left_part(&self, w: &Window, crossing: f64) -> Option<Window> {
         across(self.left, self.left_length, w.x, w.depth, w.start, w.end, crossing)
             .map(|(start, end, x, depth)| Window { start, end, x, depth, ..*w })
     }
 
     /// The part of a window that crosses the right side, in the frame of the half-edge from apex to tip.
     #[inline]
-    pub(crate) fn to_right(&self, w: &Window, crossing: f64) -> Option<Window> {
+    pub(crate) fn right_part(&self, w: &Window, crossing: f64) -> Option<Window> {
         let l = self.length;
         across(self.right, self.right_length, l - w.x, w.depth, l - w.end, l - w.start, l - crossing).map(
             |(start, end, x, depth)| {
@@ -138,9 +141,9 @@ impl Layout {
         Window { start: 0.0, end: self.right_length, x, depth, offset: distance, root: 0 }
     }
 
-    /// Carries a list of windows across the face, onto its left and right side, each trimmed to the nearest windows
-    /// ("one angle, two sides": only the window nearest at the apex reaches both; Chen and Han 1990, Qin et al.
-    /// 2016). Returns the shortest way to the apex through the list.
+    /// Carries a list of windows across the face, onto its left and right side, each trimmed to the nearest
+    /// windows ("one angle, two sides": only the window nearest at the apex reaches both; Chen and Han 1990,
+    /// Qin et al. 2016). Returns the shortest way to the apex through the list.
     pub(crate) fn propagate(
         &self,
         list: &[Window],
@@ -166,10 +169,10 @@ impl Layout {
             } else if after.is_none() {
                 after = Some(w);
             }
-            if goes_left && let Some(part) = self.to_left(w, crossing) {
+            if goes_left && let Some(part) = self.left_part(w, crossing) {
                 push_ordered(left, 0, part);
             }
-            if goes_right && let Some(part) = self.to_right(w, crossing) {
+            if goes_right && let Some(part) = self.right_part(w, crossing) {
                 push_ordered(right, 0, part);
             }
         }
@@ -185,8 +188,9 @@ impl Layout {
     }
 }
 
-/// The part of an interval `start … end` seen from `(x, −depth)` whose lines cross the ray from the origin along the unit
-/// vector `u` before `length`: the interval on that ray, and the root in its frame. Lines up to `crossing` do.
+/// The part of an interval `start … end` seen from `(x, −depth)` whose lines cross the ray from the origin
+/// along the unit vector `u` before `length`: the interval on that ray, and the root in its frame. Lines up
+/// to `crossing` do.
 #[inline]
 fn across(
     u: [f64; 2],

@@ -1,13 +1,13 @@
 //! Windows: intervals of edges that see one pseudo-source along straight lines.
 //!
-//! A window lives in the frame of the half-edge through which its rays *enter* a face: the half-edge's tail is
-//! the origin, its tip lies on the positive x axis, the face above. The root of the rays, unfolded into that
-//! plane, lies below. (Mitchell, Mount and Papadimitriou 1987, §3; Surazhsky et al. 2005, §3.)
+//! A window lives in the frame of the half-edge through which its rays *enter* a face: the half-edge's tail
+//! is the origin, its tip lies on the positive x axis, the face above. The root of the rays, unfolded into
+//! that plane, lies below. (Mitchell, Mount and Papadimitriou 1987, §3; Surazhsky et al. 2005, §3.)
 //!
-//! Two windows on one half-edge are *ordered*: where their unfolded face strips part, going back, one comes from
-//! the left. Shortest paths do not cross, therefore a left window that is nearer at some point is nearer
-//! everywhere left of it, and a right window everywhere right of it, even outside of the other's interval. All
-//! trimming here rests on that.
+//! Two windows on one half-edge are *ordered*: where their unfolded face strips part, going back, one comes
+//! from the left. Shortest paths do not cross, therefore a left window that is nearer at some point is nearer
+//! everywhere left of it, and a right window everywhere right of it, even outside of the other's interval.
+//! All trimming here rests on that.
 
 /// An interval of a half-edge and the root of the straight lines that cross it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +69,8 @@ impl Window {
         if sum <= 0.0 { self.x } else { self.x + (x - self.x) * (self.depth / sum) }
     }
 
-    /// Shortest distance to the point `(x, y)` of the face by a line through the interval, bent at its end where
-    /// the straight line misses it, and where it crosses.
+    /// Shortest distance to the point `(x, y)` of the face by a line through the interval, bent at its end
+    /// where the straight line misses it, and where it crosses.
     pub(crate) fn reach(&self, x: f64, y: f64) -> (f64, f64) {
         let crossing = self.crossing(x, y);
         if crossing > self.start && crossing < self.end {
@@ -87,11 +87,11 @@ impl Window {
     }
 }
 
-/// The `x` between `low` and `high` where both windows are equally far, given that `left` is nearer by `-at_low`
-/// at `low` and farther by `at_high` at `high`.
+/// The `x` between `low` and `high` where both windows are equally far, given that `left` is nearer by
+/// `-at_low` at `low` and farther by `at_high` at `high`.
 ///
-/// `a + |x − p| = b + |x − q|` squared twice is a quadratic in `x`; of its roots one lies in the bracket up to
-/// round-off, and where round-off is all there is, linear interpolation stands in.
+/// `a + |x − p| = b + |x − q|` squared twice is a quadratic in `x`; of its roots one lies in the bracket up
+/// to round-off, and where round-off is all there is, linear interpolation stands in.
 fn bisector(left: &Window, right: &Window, low: f64, high: f64, at_low: f64, at_high: f64) -> f64 {
     let interpolated = || low + (high - low) * (at_low / (at_low - at_high));
     // Coordinates around the right window's root.
@@ -127,8 +127,8 @@ fn bisector(left: &Window, right: &Window, low: f64, high: f64, at_low: f64, at_
 
 /// Divides the overlap of two windows, `left` before `right` in the order of windows, between them.
 ///
-/// The intervals must overlap. Afterwards they do not, but where they see the same root the order says nothing and
-/// either may come first.
+/// The intervals must overlap. Afterwards they do not, but where they see the same root the order says
+/// nothing and either may come first.
 #[inline]
 pub(crate) fn divide(left: &mut Window, right: &mut Window) -> Survivors {
     let low = left.start.max(right.start);
@@ -189,8 +189,8 @@ fn survivors(left: &Window, right: &Window) -> Survivors {
     }
 }
 
-/// Which of two windows survives whose rays all cross before they reach the half-edge: `left` comes first in the
-/// order of windows, yet its interval lies beyond that of `right`.
+/// Which of two windows survives whose rays all cross before they reach the half-edge: `left` comes first in
+/// the order of windows, yet its interval lies beyond that of `right`.
 pub(crate) fn crossed(left: &Window, right: &Window) -> Survivors {
     // The rays that meet last: from left to its start, from right to its end.
     let (ax, ay) = (left.start - left.x, left.depth);
@@ -216,12 +216,12 @@ pub(crate) fn crossed(left: &Window, right: &Window) -> Survivors {
     }
 }
 
-/// Crossings of two lines through one point count as none below this sine of their angle, roughly: some thousand
-/// unfoldings turn a line that much.
+/// Crossings of two lines through one point count as none below this sine of their angle, roughly: some
+/// thousand unfoldings turn a line that much.
 const COLLINEAR: f64 = 1e-12;
 
-/// Which of two windows comes first in the order of windows, seen from a point `x` of both intervals: the one whose line
-/// arrives from further left. `None` where the lines coincide.
+/// Which of two windows comes first in the order of windows, seen from a point `x` of both intervals: the one
+/// whose line arrives from further left. `None` where the lines coincide.
 #[inline]
 pub(crate) fn comes_from_left(a: &Window, b: &Window, x: f64) -> Option<bool> {
     let (from_a, from_b) = ((x - a.x) * b.depth, (x - b.x) * a.depth);

@@ -1,7 +1,9 @@
 //! Agreement with another implementation of MMP on the meshes of the optional data folder.
 //!
-//! `NDF_DATA` names the folder, `../shared/data` beside the workspace unless set; `peers/reference.json` lies next to
-//! it. Reference values: exact distances from vertex 0.
+//! `NDF_DATA` names the folder, `../shared/data` beside the workspace unless set; `peers/reference.json` lies
+//! next to it. Reference values: exact distances from vertex 0.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,10 +13,8 @@ use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 
 fn data_folder() -> PathBuf {
-    std::env::var_os("NDF_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
-        PathBuf::from,
-    )
+    std::env::var_os("NDF_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
 }
 
 /// Vertices at the same position become one, in order of first appearance; faces keep their order.
@@ -75,7 +75,12 @@ fn distances_agree_with_the_reference_on_every_mesh() {
                 error = error.max((d[997 * i] - value).abs() / max);
             }
         }
-        println!("{name}: {} vertices, {error:.1e} unreached {} (theirs {})", mesh.vertex_count(), geodesics.unreached(), expected["unreached"]);
+        println!(
+            "{name}: {} vertices, {error:.1e} unreached {} (theirs {})",
+            mesh.vertex_count(),
+            geodesics.unreached(),
+            expected["unreached"]
+        );
         worst = worst.max(error);
     }
     assert!(worst < 1e-8, "{worst:e}");
@@ -121,7 +126,12 @@ fn subdivision_changes_no_distance() {
         let (mesh, fine) = (IntrinsicMesh::of_mesh(&mesh), IntrinsicMesh::of_mesh(&fine));
         let run = |m| exact_distances(m, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
         let (coarse, fine) = (run(&mesh), run(&fine));
-        let error = coarse.distances().iter().zip(fine.distances()).map(|(a, b)| (a - b) / a.max(*b).max(1e-300)).fold(0.0, |m: f64, e| if e.abs() > m.abs() { e } else { m });
+        let error = coarse
+            .distances()
+            .iter()
+            .zip(fine.distances())
+            .map(|(a, b)| (a - b) / a.max(*b).max(1e-300))
+            .fold(0.0, |m: f64, e| if e.abs() > m.abs() { e } else { m });
         println!("{name}: {error:.1e}");
         worst = worst.max(error.abs());
     }

@@ -1,5 +1,7 @@
-//! What other implementations get wrong, made by code: flat vertices, slivers, needles, edges without length, sources
-//! that coincide, boundaries, several components; and where computations stop.
+//! What other implementations get wrong, made by code: flat vertices, slivers, needles, edges without length,
+//! sources that coincide, boundaries, several components; and where computations stop.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use ndf_core::mesh::shapes;
 use ndf_core::progress::Progress;
@@ -18,12 +20,6 @@ fn from_vertex(mesh: &IntrinsicMesh, v: u32) -> Vec<f64> {
     exact_distances(mesh, &[SurfacePoint::Vertex(v)], &ExactOptions::default()).unwrap().distances().to_vec()
 }
 
-/// Distances over the surface of the cube `[−1, 1]³` between points of two neighbouring sides or of one.
-fn on_two_sides(p: DVec3, q: DVec3) -> Option<f64> {
-    // p on z = −1; q there, or on x = 1 away from the other edges' influence.
-    if q.z == -1.0 { Some(p.distance(q)) } else { None }
-}
-
 #[test]
 fn a_finely_subdivided_cube_is_exact() {
     let cube = shapes::cube(52);
@@ -31,11 +27,13 @@ fn a_finely_subdivided_cube_is_exact() {
     let mesh = intrinsic(&cube);
     let coarse = intrinsic(&shapes::cube(1));
     // A corner: compared with the cube of twelve triangles, asked at every vertex' place.
-    let corner = |m: &TriangleMesh| m.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
+    let corner =
+        |m: &TriangleMesh| m.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
     let d = from_vertex(&mesh, corner(&cube));
     let small = shapes::cube(1);
     let truth =
-        exact_distances(&coarse, &[SurfacePoint::Vertex(corner(&small))], &ExactOptions::with_windows()).unwrap();
+        exact_distances(&coarse, &[SurfacePoint::Vertex(corner(&small))], &ExactOptions::with_windows())
+            .unwrap();
     let small = ManifoldMesh::try_from(small).unwrap();
     let tree = ndf_core::TriangleTree::new(small.as_triangle_mesh());
     let mut worst: f64 = 0.0;
@@ -46,10 +44,12 @@ fn a_finely_subdivided_cube_is_exact() {
     }
     assert!(worst < 2e-14, "{worst:e}");
     // An inner vertex of a side: straight on that side.
-    let source = cube.positions().iter().position(|p| p.z == -1.0 && p.x.abs() < 0.1 && p.y.abs() < 0.1).unwrap();
+    let source =
+        cube.positions().iter().position(|p| p.z == -1.0 && p.x.abs() < 0.1 && p.y.abs() < 0.1).unwrap();
     let d = from_vertex(&mesh, source as u32);
     for (q, d) in cube.positions().iter().zip(&d) {
-        if let Some(truth) = on_two_sides(cube.positions()[source], *q) {
+        if q.z == -1.0 {
+            let truth = cube.positions()[source].distance(*q);
             assert!((d - truth).abs() < 1e-14, "{q}: {d} {truth}");
         }
     }
@@ -138,24 +138,18 @@ fn slivers_leave_nothing_unreached() {
         .map(|f| ndf_intrinsic::triangle::smallest_angle(intrinsic.sides(f)))
         .fold(f64::INFINITY, f64::min);
     assert!(needle < 1e-5, "the fixture has slivers: {needle}");
-    let geodesics = exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+    let geodesics =
+        exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
     assert_eq!(geodesics.unreached(), 0);
     let from = mesh.positions()[0].normalize();
     for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
         let sphere = p.normalize().dot(from).clamp(-1.0, 1.0).acos();
         assert!((d - sphere).abs() < 0.02, "{d} {sphere}");
-        let back = from_vertex_pair(&intrinsic, v as u32, 0);
         if v % 97 == 0 {
+            let back = from_vertex(&intrinsic, v as u32)[0];
             assert!((back - d).abs() < 1e-11, "{v}: {d} there, {back} back");
         }
     }
-}
-
-fn from_vertex_pair(mesh: &IntrinsicMesh, a: u32, b: u32) -> f64 {
-    if !a.is_multiple_of(97) {
-        return 0.0;
-    }
-    from_vertex(mesh, a)[b as usize]
 }
 
 #[test]
@@ -181,13 +175,15 @@ fn a_mesh_stretched_sixty_times_is_symmetric() {
 fn edges_without_length_and_flat_faces_are_crossed() {
     // A plane whose vertices snap to a coarser lattice: many faces and edges have no length or area.
     let fine = shapes::grid(24, 24);
-    let snapped = fine.map_positions(|p| DVec3::new((p.x * 10.0).round() / 10.0, (p.y * 10.0).round() / 10.0, 0.0));
+    let snapped =
+        fine.map_positions(|p| DVec3::new((p.x * 10.0).round() / 10.0, (p.y * 10.0).round() / 10.0, 0.0));
     let mesh = ManifoldMesh::try_from(snapped).unwrap();
     let intrinsic = IntrinsicMesh::of_mesh(&mesh);
     assert!(intrinsic.lengths().contains(&0.0));
     for source in [0, 12, 300] {
         let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows()).unwrap();
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows())
+                .unwrap();
         assert_eq!(geodesics.unreached(), 0);
         for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
             let truth = p.distance(mesh.positions()[source as usize]);
@@ -238,7 +234,8 @@ fn other_components_are_unreached() {
     positions.extend(positions.clone().iter().map(|p| *p + DVec3::X * 5.0));
     faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
     let mesh = intrinsic(&TriangleMesh::new(positions, faces).unwrap());
-    let geodesics = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+    let geodesics =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
     assert_eq!(geodesics.unreached(), n as usize);
     assert!(geodesics.distances()[n as usize..].iter().all(|d| *d == f64::INFINITY));
     let far = SurfacePoint::Vertex(n + 3);
@@ -260,8 +257,12 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
         }
         assert!(near.statistics().windows < full.statistics().windows);
     }
-    for target in [SurfacePoint::Vertex(1234), SurfacePoint::Edge { edge: 777, t: 0.2 },
-        SurfacePoint::Face { face: 110, barycentric: [0.1, 0.1, 0.8] }, source[0]] {
+    for target in [
+        SurfacePoint::Vertex(1234),
+        SurfacePoint::Edge { edge: 777, t: 0.2 },
+        SurfacePoint::Face { face: 110, barycentric: [0.1, 0.1, 0.8] },
+        source[0],
+    ] {
         let options = ExactOptions { targets: &[target], ..ExactOptions::with_windows() };
         let near = exact_distances(&mesh, &source, &options).unwrap();
         let d = near.distance_at(target).unwrap();
@@ -314,4 +315,69 @@ fn the_observer_can_cancel_and_runs_repeat() {
     let error = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &options).err();
     assert_eq!(error, Some(GeodesicError::Cancelled));
     assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
+}
+
+/// Every face split into four by its edges' midpoints: the same surface with many flat vertices.
+fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut midpoints = std::collections::BTreeMap::new();
+    let mut midpoint = |a: u32, b: u32| {
+        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            positions.push(positions[a as usize].midpoint(positions[b as usize]));
+            positions.len() as u32 - 1
+        })
+    };
+    let mut faces = Vec::new();
+    for &[a, b, c] in mesh.faces() {
+        let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
+        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+    }
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Noise from small to senseless, stretched sixty times or pressed flat, and snapped to a lattice, which
+/// makes faces without area and edges without length: subdivision must change no distance, and paths must be
+/// as long as said.
+#[test]
+fn subdivision_changes_no_distance_on_noise_of_any_kind() {
+    for seed in 0..180_u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let base = match seed % 4 {
+            0 => shapes::icosphere(2),
+            1 => shapes::torus(30, 15, 1.0, 0.4),
+            2 => shapes::grid(20, 18),
+            _ => shapes::cube(8),
+        };
+        let amplitude = [0.003, 0.03, 0.1, 0.5, 3.0][(seed / 4 % 5) as usize];
+        let stretch = [1.0, 60.0, 0.01][(seed / 20 % 3) as usize];
+        let lattice = if seed / 60 % 3 == 1 { 16.0 } else { 1e9 };
+        let moved: Vec<DVec3> = base
+            .positions()
+            .iter()
+            .map(|p| {
+                let noise = DVec3::from_array([0; 3].map(|_| rng.random_range(-amplitude..amplitude)));
+                ((*p + noise) * lattice).round() / lattice * DVec3::new(1.0, 1.0, stretch)
+            })
+            .collect();
+        let mesh = TriangleMesh::new(moved, base.faces().to_vec()).unwrap();
+        let fine = intrinsic(&subdivided(&mesh));
+        let mesh = ManifoldMesh::try_from(mesh).unwrap();
+        let coarse = IntrinsicMesh::of_mesh(&mesh);
+        let source = rng.random_range(0..mesh.vertex_count() as u32);
+        let geodesics =
+            exact_distances(&coarse, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows()).unwrap();
+        let max = geodesics.distances().iter().copied().fold(0.0, f64::max);
+        for (v, (a, b)) in geodesics.distances().iter().zip(from_vertex(&fine, source)).enumerate() {
+            assert!((a - b).abs() < 1e-12 * max, "{seed}, vertex {v}: {a} {b}");
+        }
+        for v in (0..mesh.vertex_count() as u32).step_by(17) {
+            let path = geodesics.path_to(SurfacePoint::Vertex(v)).unwrap();
+            let length: f64 = path.positions(&mesh).windows(2).map(|p| p[0].distance(p[1])).sum();
+            assert!(
+                (length - path.length).abs() < 1e-9 * max,
+                "{seed}, path to {v}: {length} {}",
+                path.length
+            );
+        }
+    }
 }

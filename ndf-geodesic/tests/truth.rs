@@ -1,5 +1,7 @@
 //! Agreement with distances known without a computer, and with laws that hold on any surface.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use std::f64::consts::TAU;
 
 use ndf_core::mesh::shapes;
@@ -90,7 +92,11 @@ fn paths_bend_around_a_notch() {
         // Visible where the straight line passes the notch on the left.
         let visible = (corner - from).cross(*p - from).z <= 1e-12 || p.x <= 0.5;
         let truth = if visible { p.distance(from) } else { from.distance(corner) + corner.distance(*p) };
-        assert!((geodesics.distances()[v] - truth).abs() < 1e-13, "{p}: {} {truth}", geodesics.distances()[v]);
+        assert!(
+            (geodesics.distances()[v] - truth).abs() < 1e-13,
+            "{p}: {} {truth}",
+            geodesics.distances()[v]
+        );
         check_path(&mesh, &geodesics, SurfacePoint::Vertex(v as u32), &[source]);
     }
 }
@@ -101,7 +107,8 @@ fn spheres_and_cylinders_converge() {
     for level in 2..6 {
         let mesh = manifold(shapes::icosphere(level));
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
-        let geodesics = exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+        let geodesics =
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
         let from = mesh.positions()[0];
         let error = mesh.positions().iter().zip(geodesics.distances());
         errors.push(error.map(|(p, d)| (d - p.dot(from).clamp(-1.0, 1.0).acos()).abs()).fold(0.0, f64::max));
@@ -121,10 +128,13 @@ fn spheres_and_cylinders_converge() {
         let (tube, _) = ndf_core::mesh::repair::without_unreferenced_vertices(&tube);
         let mesh = manifold(tube);
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
-        let geodesics = exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
-        let worst = mesh.positions().iter().zip(geodesics.distances()).map(|(p, d)| {
-            (d - p.y.atan2(p.x).abs().hypot(p.z)).abs()
-        });
+        let geodesics =
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+        let worst = mesh
+            .positions()
+            .iter()
+            .zip(geodesics.distances())
+            .map(|(p, d)| (d - p.y.atan2(p.x).abs().hypot(p.z)).abs());
         errors.push(worst.fold(0.0, f64::max));
     }
     println!("cylinder: {errors:?}");
@@ -133,8 +143,8 @@ fn spheres_and_cylinders_converge() {
 
 #[test]
 fn cube_unfolds() {
-    // From a corner of a cube with sides of length 2 the opposite corner is at √(2² + 4²); the rest of a far face is
-    // reached over one of the unfoldings below.
+    // From a corner of a cube with sides of length 2 the opposite corner is at √(2² + 4²); the rest of a far
+    // face is reached over one of the unfoldings below.
     for n in [1, 2, 5, 12] {
         let mesh = manifold(shapes::cube(n));
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
@@ -143,7 +153,8 @@ fn cube_unfolds() {
         let geodesics = run(&intrinsic, &[source]);
         for (v, p) in mesh.positions().iter().enumerate() {
             let [x, y, z] = (*p + 1.0).to_array();
-            // On a face through the corner: straight. On a far face, say x = 2: over y = 0, over z = 0, or around.
+            // On a face through the corner: straight. On a far face, say x = 2: over y = 0, over z = 0, or
+            // around.
             let far = |h: f64, a: f64, b: f64| {
                 let over = |a: f64, b: f64| (h + a).hypot(b);
                 // Sideways over the face next to it: first along b's face, then a's.
@@ -165,20 +176,21 @@ fn cube_unfolds() {
     }
 }
 
-/// On a regular tetrahedron every unfolding tiles the plane with triangles: the surface is the plane modulo half turns
-/// about the lattice points, and distances are least over the images of a point.
+/// On a regular tetrahedron every unfolding tiles the plane with triangles: the surface is the plane modulo
+/// half turns about the lattice points, and distances are least over the images of a point.
 #[test]
 fn tetrahedron_unfolds() {
     let p = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(DVec3::from_array);
-    let mesh = manifold(
-        TriangleMesh::new(p.to_vec(), vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).unwrap(),
-    );
+    let mesh =
+        manifold(TriangleMesh::new(p.to_vec(), vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).unwrap());
     let intrinsic = IntrinsicMesh::of_mesh(&mesh);
     let edge = 8.0_f64.sqrt();
     let lattice = |i: f64, j: f64| [edge * (i + 0.5 * j), edge * 0.75_f64.sqrt() * j];
     // Faces 0 and 3 share the edge 1–2: laid out as the triangles (0, 1, 2) and (2, 1, 3) of a strip.
-    let layout = [(0, [lattice(0.0, 0.0), lattice(1.0, 0.0), lattice(0.0, 1.0)]),
-        (3, [lattice(1.0, 0.0), lattice(1.0, 1.0), lattice(0.0, 1.0)])];
+    let layout = [
+        (0, [lattice(0.0, 0.0), lattice(1.0, 0.0), lattice(0.0, 1.0)]),
+        (3, [lattice(1.0, 0.0), lattice(1.0, 1.0), lattice(0.0, 1.0)]),
+    ];
     let planar = |face: u32, b: [f64; 3]| {
         let (_, corners) = layout.iter().find(|(f, _)| *f == face).unwrap();
         [0, 1].map(|k| (0..3).map(|c| b[c] * corners[c][k]).sum::<f64>())
@@ -190,7 +202,8 @@ fn tetrahedron_unfolds() {
         (face, [1.0 - a - b, a, b])
     };
     for k in 0..50 {
-        let ((f, s), (g, t)) = (random(if k % 2 == 0 { 0 } else { 3 }), random(if k % 3 == 0 { 0 } else { 3 }));
+        let ((f, s), (g, t)) =
+            (random(if k % 2 == 0 { 0 } else { 3 }), random(if k % 3 == 0 { 0 } else { 3 }));
         let source = SurfacePoint::Face { face: f, barycentric: s };
         let to = SurfacePoint::Face { face: g, barycentric: t };
         let geodesics = run(&intrinsic, &[source]);
@@ -218,16 +231,27 @@ fn flat_torus(n: u32, m: u32, a: [f64; 2], b: [f64; 2]) -> IntrinsicMesh {
     for i in 0..n {
         for j in 0..m {
             let f = at(i, j);
-            tails.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            tails.extend([
+                at(i, j),
+                at(i + 1, j),
+                at(i + 1, j + 1),
+                at(i, j),
+                at(i + 1, j + 1),
+                at(i, j + 1),
+            ]);
             twins.extend([6 * at(i, j + m - 1) + 4, 6 * at(i + 1, j) + 5, 6 * f + 3]);
             twins.extend([6 * f + 2, 6 * at(i, j + 1), 6 * at(i + n - 1, j) + 1]);
         }
     }
     let complex = DeltaComplex::from_gluing((n * m) as usize, &tails, &twins).unwrap();
-    let step = |x: f64, y: f64| (x * a[0] / f64::from(n) + y * b[0] / f64::from(m))
-        .hypot(x * a[1] / f64::from(n) + y * b[1] / f64::from(m));
-    let of_side = [step(1.0, 0.0), step(0.0, 1.0), step(1.0, 1.0), step(1.0, 1.0), step(1.0, 0.0), step(0.0, 1.0)];
-    let lengths = (0..complex.edge_count() as u32).map(|e| of_side[complex.edge_halfedge(e) as usize % 6]).collect();
+    let step = |x: f64, y: f64| {
+        (x * a[0] / f64::from(n) + y * b[0] / f64::from(m))
+            .hypot(x * a[1] / f64::from(n) + y * b[1] / f64::from(m))
+    };
+    let of_side =
+        [step(1.0, 0.0), step(0.0, 1.0), step(1.0, 1.0), step(1.0, 1.0), step(1.0, 0.0), step(0.0, 1.0)];
+    let lengths =
+        (0..complex.edge_count() as u32).map(|e| of_side[complex.edge_halfedge(e) as usize % 6]).collect();
     IntrinsicMesh::new(complex, lengths, 1e-12).unwrap()
 }
 
@@ -244,7 +268,8 @@ fn flat_torus_by_images() {
         for source in [0, (n * m) / 2] {
             let geodesics = run(&mesh, &[SurfacePoint::Vertex(source)]);
             for v in 0..n * m {
-                let (di, dj) = (f64::from(v / m) - f64::from(source / m), f64::from(v % m) - f64::from(source % m));
+                let (di, dj) =
+                    (f64::from(v / m) - f64::from(source / m), f64::from(v % m) - f64::from(source % m));
                 let mut truth = f64::INFINITY;
                 for p in -3..=3 {
                     for q in -3..=3 {
@@ -263,8 +288,13 @@ fn flat_torus_by_images() {
                 let (x, y) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
                 let cell = face / 2;
                 // Corners relative to the cell.
-                let corners = if face % 2 == 0 { [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]] } else { [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] };
-                let local = [0, 1].map(|k| (1.0 - x - y) * corners[0][k] + x * corners[1][k] + y * corners[2][k]);
+                let corners = if face % 2 == 0 {
+                    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
+                } else {
+                    [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+                };
+                let local =
+                    [0, 1].map(|k| (1.0 - x - y) * corners[0][k] + x * corners[1][k] + y * corners[2][k]);
                 let di = f64::from(cell / m) + local[0] - f64::from(source / m);
                 let dj = f64::from(cell % m) + local[1] - f64::from(source % m);
                 let mut truth = f64::INFINITY;
@@ -291,8 +321,9 @@ fn bumpy(seed: u64) -> ManifoldMesh {
         1 => shapes::torus(16, 9, 1.0, 0.4),
         _ => shapes::grid(9, 8),
     };
-    let noise: Vec<DVec3> =
-        (0..base.vertex_count()).map(|_| DVec3::from_array([0; 3].map(|_| rng.random_range(-0.06..0.06)))).collect();
+    let noise: Vec<DVec3> = (0..base.vertex_count())
+        .map(|_| DVec3::from_array([0; 3].map(|_| rng.random_range(-0.06..0.06))))
+        .collect();
     let positions = base.positions().iter().zip(noise).map(|(p, n)| *p + n).collect();
     manifold(TriangleMesh::new(positions, base.faces().to_vec()).unwrap())
 }
@@ -329,8 +360,8 @@ fn symmetry_and_triangle_inequality() {
     }
 }
 
-/// Shortest paths in the graph of a mesh whose edges carry `k` extra points, joined across faces: upper bounds that
-/// tighten as `k` grows.
+/// Shortest paths in the graph of a mesh whose edges carry `k` extra points, joined across faces: upper
+/// bounds that tighten as `k` grows.
 fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
     let vertices = mesh.vertex_count();
     let mut positions = mesh.positions().to_vec();
@@ -343,7 +374,8 @@ fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
         let on_rim: Vec<usize> = (0..3)
             .flat_map(|c| {
                 let e = mesh.halfedge_edge(3 * f + c) as usize;
-                std::iter::once(mesh.tail(3 * f + c) as usize).chain((0..k).map(move |i| vertices + e * k + i))
+                std::iter::once(mesh.tail(3 * f + c) as usize)
+                    .chain((0..k).map(move |i| vertices + e * k + i))
             })
             .collect();
         for &a in &on_rim {
@@ -352,7 +384,8 @@ fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
     }
     let mut d = vec![f64::INFINITY; positions.len()];
     d[source as usize] = 0.0;
-    let mut heap = std::collections::BinaryHeap::from([(std::cmp::Reverse(0.0_f64.to_bits()), source as usize)]);
+    let mut heap =
+        std::collections::BinaryHeap::from([(std::cmp::Reverse(0.0_f64.to_bits()), source as usize)]);
     while let Some((std::cmp::Reverse(bits), a)) = heap.pop() {
         if f64::from_bits(bits) > d[a] {
             continue;
@@ -374,7 +407,8 @@ fn graphs_bound_from_above_and_come_near() {
     for seed in 0..6 {
         let mesh = bumpy(seed);
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
-        let exact = exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default()).unwrap();
+        let exact =
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default()).unwrap();
         for (k, gap) in [(1, 0.2), (20, 0.006)] {
             for (v, bound) in graph_distances(&mesh, 3, k).into_iter().enumerate() {
                 let d = exact.distances()[v];
@@ -383,4 +417,3 @@ fn graphs_bound_from_above_and_come_near() {
         }
     }
 }
-
