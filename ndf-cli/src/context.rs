@@ -18,7 +18,7 @@ pub struct Options {
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Threads to work on [default: all cores].
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Seed of everything random: the same seed and thread count give the same bytes.
     #[arg(long, global = true, value_name = "N", default_value_t = 0)]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndf_core::io::MeshFile;
 use ndf_core::mesh::repair;
+use ndf_core::model::ModelError;
 use ndf_core::{ManifoldMesh, Model, Surface};
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
 use ndf_surfaces::MeshSurface;
@@ -13,6 +14,9 @@ use crate::commands::read_faces;
 use crate::context::Context;
 use crate::output::Failure;
 use crate::progress::ShownProgress;
+
+/// The share of the area that one component must have to stand for the whole mesh.
+const LARGEST_COMPONENT: f64 = 0.5;
 
 /// A mesh file as a surface.
 pub struct MeshInput {
@@ -45,16 +49,27 @@ impl MeshInput {
         let usable = |surface: Result<MeshSurface, ndf_surfaces::EmptyMesh>| {
             surface.map_err(|e| Failure::new(format!("{name}: {e}")))
         };
+        let cleaned = repair::without_unusable_faces(&file.mesh);
+        if cleaned.area() == 0.0 {
+            return Err(Failure::new(format!("{name}: all faces are without area, or not finite")));
+        }
         match repair::mended(&file.mesh) {
-            Ok(mended) => {
+            // Where no component has most of the area, the mesh means the union of its pieces.
+            Ok(mended) if mended.kept_area >= LARGEST_COMPONENT => {
                 mended.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
                 let surface = usable(MeshSurface::new(mended.mesh.as_triangle_mesh()))?;
                 Ok(Self { surface, file, manifold: Ok(mended.mesh) })
             }
-            Err(reason) => {
-                let cleaned = repair::oriented(&repair::without_unusable_faces(&file.mesh));
-                let surface = usable(MeshSurface::new(&cleaned))?;
-                Ok(Self { surface, file, manifold: Err(reason.to_string()) })
+            other => {
+                let reason = match other {
+                    Ok(mended) => format!(
+                        "it is in pieces, the largest with {:.0} % of the area",
+                        100.0 * mended.kept_area
+                    ),
+                    Err(reason) => reason.to_string(),
+                };
+                let surface = usable(MeshSurface::new(&repair::oriented(&cleaned)))?;
+                Ok(Self { surface, file, manifold: Err(reason) })
             }
         }
     }
@@ -103,7 +118,8 @@ impl MeshInput {
             ));
         } else if report.faces_before <= options.faces && report.grid.is_none() {
             let faces = report.faces;
-            context.warn(&format!("{name} has only {faces} faces; all of them are the base mesh"));
+            let what = if faces == 1 { "face" } else { "faces" };
+            context.warn(&format!("{name} has no more than {faces} {what}; all of it is the base mesh"));
         }
         Ok(base)
     }
@@ -114,9 +130,12 @@ impl MeshInput {
     }
 }
 
-/// Whether a file begins as a model does.
+/// Whether a file begins as a model does. A pipe is not looked into: what is read of it is gone.
 pub fn begins_as_model(path: &Path) -> bool {
     use std::io::Read;
+    if !path.is_file() {
+        return false;
+    }
     let mut beginning = [0; 8];
     let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut beginning));
     read.is_ok() && Model::is_model(&beginning)
@@ -128,10 +147,11 @@ pub fn begins_as_model(path: &Path) -> bool {
 /// If it cannot be read or is damaged.
 pub fn read_model(path: &Path) -> Result<Model, Failure> {
     Model::read(path).map_err(|e| {
-        let failure = Failure::new(format!("{}: {e}", path.display()));
+        let name = path.display();
         match e {
-            ndf_core::model::ModelError::Magic => failure.try_instead("`ndf fit` makes models"),
-            _ => failure,
+            ModelError::Io(_) => Failure::new(format!("cannot read {name}: {e}")),
+            ModelError::Magic => Failure::new(format!("{name}: {e}")).try_instead("`ndf fit` makes models"),
+            _ => Failure::new(format!("{name}: {e}")),
         }
     })
 }

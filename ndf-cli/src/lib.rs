@@ -1,9 +1,9 @@
 //! The program `ndf`: a thin composition of the library crates.
 //!
-//! [`run`] is the whole program: it reads the arguments, calls one of the [commands](commands) and prints what
+//! [`run`] is the whole program: it reads the arguments, calls one of the [commands] and prints what
 //! it gives back. Commands print nothing themselves. They return an [`Outcome`](output::Outcome), or a
 //! [`Failure`](output::Failure) of one sentence; progress and warnings go through their
-//! [`Context`](context::Context) to the error stream.
+//! [`Context`] to the error stream.
 //!
 //! To add a command: a file in `commands/` with its arguments and a function
 //! `run(&Arguments, &Context) -> Result<Outcome, Failure>`, and one line each in the enum and the match there.
@@ -11,6 +11,7 @@
 pub mod commands;
 pub mod context;
 pub mod input;
+pub mod interrupt;
 pub mod output;
 pub mod progress;
 pub mod render;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, Write};
+use std::path::Path;
 
 use serde_json::{Map, Value};
 
@@ -69,6 +70,23 @@ impl fmt::Display for Failure {
 impl<E: std::error::Error> From<E> for Failure {
     fn from(error: E) -> Self {
         Self(error.to_string())
+    }
+}
+
+/// Whether a file can be expected to appear at `path`; asked before work that takes long.
+///
+/// # Errors
+/// If `path` is a folder, or the folder it names is not there.
+pub fn check_place(path: &Path) -> Result<(), Failure> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(Failure::new(format!("cannot write {name}: it is a folder")));
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(Failure::new(format!("cannot write {name}: there is no folder {}", folder.display())))
+        }
+        _ => Ok(()),
     }
 }
 

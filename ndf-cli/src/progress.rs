@@ -31,6 +31,7 @@ enum Mode {
 #[derive(Debug)]
 struct Lines {
     stage: String,
+    detail: String,
     begun: Instant,
     last: Instant,
 }
@@ -44,13 +45,19 @@ impl ShownProgress {
     /// Shows a bar if the error stream is a terminal, else plain lines.
     pub fn on_stderr() -> Self {
         let mode = if io::stderr().is_terminal() {
-            let style =
-                ProgressStyle::with_template("{msg:24} {wide_bar:.cyan/dim} {percent:>3} % {eta:>5} left");
+            let style = ProgressStyle::with_template(
+                "{msg:20} {wide_bar:.cyan/dim} {percent:>3} % {eta:>5} left {prefix}",
+            );
             let bar = ProgressBar::new(STEPS).with_style(style.expect("the template is valid"));
             Mode::Bar(bar)
         } else {
             let now = Instant::now();
-            Mode::Lines(Mutex::new(Lines { stage: String::new(), begun: now, last: now }))
+            Mode::Lines(Mutex::new(Lines {
+                stage: String::new(),
+                detail: String::new(),
+                begun: now,
+                last: now,
+            }))
         };
         Self { mode, cancel: None }
     }
@@ -72,6 +79,7 @@ impl Progress for ShownProgress {
                 if bar.message() != stage {
                     bar.reset();
                     bar.set_message(stage.to_owned());
+                    bar.set_prefix("");
                 }
                 bar.set_position((fraction * STEPS as f64) as u64);
             }
@@ -80,11 +88,25 @@ impl Progress for ShownProgress {
                 let now = Instant::now();
                 if lines.stage != stage {
                     stage.clone_into(&mut lines.stage);
+                    lines.detail.clear();
                     lines.begun = now;
                 }
                 if now - lines.last >= INTERVAL {
                     lines.last = now;
-                    let _ = writeln!(io::stderr(), "{}", line(stage, fraction, now - lines.begun));
+                    let _ =
+                        writeln!(io::stderr(), "{}", line(stage, fraction, now - lines.begun, &lines.detail));
+                }
+            }
+        }
+    }
+
+    fn detail(&self, text: &str) {
+        match &self.mode {
+            Mode::Hidden => {}
+            Mode::Bar(bar) => bar.set_prefix(text.to_owned()),
+            Mode::Lines(lines) => {
+                if let Ok(mut lines) = lines.lock() {
+                    text.clone_into(&mut lines.detail);
                 }
             }
         }
@@ -103,14 +125,16 @@ impl Drop for ShownProgress {
     }
 }
 
-fn line(stage: &str, fraction: f64, elapsed: Duration) -> String {
-    let percent = 100.0 * fraction;
+fn line(stage: &str, fraction: f64, elapsed: Duration, detail: &str) -> String {
+    let mut line = format!("{stage}: {:.0} %", 100.0 * fraction);
+    if !detail.is_empty() {
+        line += &format!(", {detail}");
+    }
     if fraction > 0.0 && fraction < 1.0 {
         let left = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
-        format!("{stage}: {percent:.0} %, about {left:.0} s left")
-    } else {
-        format!("{stage}: {percent:.0} %")
+        line += &format!(", about {left:.0} s left");
     }
+    line
 }
 
 #[cfg(test)]
@@ -119,8 +143,8 @@ mod tests {
 
     #[test]
     fn lines_say_stage_and_time_left() {
-        assert_eq!(line("training", 0.25, Duration::from_secs(10)), "training: 25 %, about 30 s left");
-        assert_eq!(line("training", 1.0, Duration::from_secs(10)), "training: 100 %");
+        assert_eq!(line("training", 0.25, Duration::from_secs(10), ""), "training: 25 %, about 30 s left");
+        assert_eq!(line("training", 1.0, Duration::from_secs(10), "loss 1"), "training: 100 %, loss 1");
     }
 
     #[test]

@@ -43,13 +43,15 @@ pub fn tessellate(
     edge_length: f64,
     most_faces: usize,
 ) -> Result<Tessellation, TessellationError> {
-    if !(edge_length > 0.0) {
+    if edge_length.is_nan() || edge_length <= 0.0 {
         return Err(TessellationError::EdgeLength(edge_length));
     }
     let mut triangles = Triangles::of_base(field);
     loop {
         triangles.check_finite()?;
-        if triangles.faces.len() > most_faces {
+        // A triangle with sides up to h has an area up to √3/4 h².
+        let least_faces = triangles.area() / (3.0_f64.sqrt() / 4.0 * edge_length * edge_length);
+        if triangles.faces.len().max(least_faces as usize) > most_faces {
             return Err(TessellationError::TooManyFaces(most_faces));
         }
         if !triangles.subdivide(field, edge_length) {
@@ -88,6 +90,14 @@ impl Triangles {
             base_faces: (0..base.face_count() as u32).collect(),
             corners: vec![UNIT; base.face_count()],
         }
+    }
+
+    fn area(&self) -> f64 {
+        let area = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| self.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        self.faces.iter().map(area).sum()
     }
 
     fn check_finite(&self) -> Result<(), TessellationError> {

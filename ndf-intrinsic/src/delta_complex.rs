@@ -20,6 +20,9 @@ pub(crate) struct HalfEdge {
     pub(crate) tail: u32,
     /// Its edge.
     pub(crate) edge: u32,
+    /// The first curve at or counter-clockwise after it around its tail: see
+    /// [`normal_coordinates`](crate::normal_coordinates). Kept here so that it moves with the half-edge.
+    pub(crate) roundabout: u32,
 }
 
 /// An oriented Δ-complex of triangles: a surface, possibly with boundary and several components.
@@ -68,6 +71,7 @@ impl DeltaComplex {
                 twin: mesh.twin(h).unwrap_or(NO_HALFEDGE),
                 tail: mesh.tail(h),
                 edge: mesh.halfedge_edge(h),
+                roundabout: 0,
             })
             .collect();
         Self {
@@ -86,8 +90,11 @@ impl DeltaComplex {
         if tails.len() != twins.len() || !tails.len().is_multiple_of(3) {
             return Err(TopologyError::Counts { tails: tails.len(), twins: twins.len() });
         }
-        let halfedges =
-            tails.iter().zip(twins).map(|(&tail, &twin)| HalfEdge { twin, tail, edge: u32::MAX }).collect();
+        let halfedges = tails
+            .iter()
+            .zip(twins)
+            .map(|(&tail, &twin)| HalfEdge { twin, tail, edge: u32::MAX, roundabout: 0 })
+            .collect();
         let mut complex =
             Self { halfedges, edge_halfedges: Vec::new(), vertex_halfedges: vec![NO_HALFEDGE; vertex_count] };
         for h in 0..complex.halfedges.len() as u32 {

@@ -8,8 +8,11 @@ use ndf_core::{ManifoldMesh, Progress, Surface};
 use crate::decimation::{DecimationOptions, decimate};
 use crate::marching_cubes::{IsosurfaceError, MarchingCubesOptions, marching_cubes};
 use crate::original::OriginalMesh;
-use crate::remeshing::{FinalPassOptions, improve};
+use crate::remeshing::{FinalPassOptions, Target, improve, spread_points};
 use crate::triangle_shape::smallest_angles;
+
+/// Points of the fine mesh, for each face of the base mesh, that the final pass keeps it close to.
+const POINTS_PER_FACE: usize = 6;
 
 /// What the base mesh should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +70,7 @@ pub struct BaseMeshReport {
     pub evaluations: u64,
     /// Edges flipped in the final pass.
     pub flips: usize,
-    /// Root-mean-square distance from the mesh to the surface before and after the final pass.
+    /// Root-mean-square distance between mesh and surface, both ways, before and after the final pass.
     pub distance: Option<[f64; 2]>,
     /// Smallest angle of any face, in radians.
     pub smallest_angle: f64,
@@ -161,10 +164,11 @@ fn coarsen(
     uncancelled()?;
     let decimation = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let improved = match surface {
-        Some(surface) => improve(&decimated.mesh, Some(surface), &options.final_pass, progress),
-        None => improve(&decimated.mesh, Some(&OriginalMesh::new(fine)), &options.final_pass, progress),
-    };
+    let original = surface.is_none().then(|| OriginalMesh::new(fine));
+    let surface = surface.or(original.as_ref().map(|mesh| mesh as &dyn Surface));
+    let points = spread_points(fine, POINTS_PER_FACE * decimated.mesh.face_count());
+    let target = surface.map(|surface| Target { surface, points: &points });
+    let improved = improve(&decimated.mesh, target.as_ref(), &options.final_pass, progress);
     uncancelled()?;
     let final_pass = begin.elapsed().as_secs_f64();
     let mesh = improved.mesh;

@@ -55,6 +55,12 @@ impl HalfedgeMesh {
         ManifoldMesh::try_from(mesh).expect("collapses and flips keep a manifold")
     }
 
+    /// The mesh as it is; only where no face or vertex is gone.
+    pub(crate) fn to_triangle_mesh(&self) -> TriangleMesh {
+        let faces = self.tails.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect();
+        TriangleMesh::new(self.positions.clone(), faces).expect("no face is gone")
+    }
+
     pub(crate) fn face_count(&self) -> usize {
         self.face_count
     }
@@ -196,6 +202,64 @@ impl HalfedgeMesh {
         h
     }
 
+    /// Splits the edge of `h`, from a to b, at a new vertex, which is returned. Afterwards `h` runs from a to it.
+    pub(crate) fn split(&mut self, h: u32, position: DVec3) -> u32 {
+        let middle = self.positions.len() as u32;
+        self.positions.push(position);
+        let t = self.twin(h);
+        // On either side: the half that keeps the face, and the first half-edge of the face of the other half.
+        let first = self.halve(h, middle, true);
+        self.outgoing.push(first);
+        if t != NO_HALFEDGE {
+            let second = self.halve(t, middle, false);
+            self.twins[first as usize] = second;
+            self.twins[second as usize] = first;
+        }
+        middle
+    }
+
+    /// Cuts the face left of `side`, from x to y, through its opposite corner. The old face keeps the half at x
+    /// if `at_tail`, otherwise that at y. Returns the half-edge of the new face along the edge.
+    fn halve(&mut self, side: u32, middle: u32, at_tail: bool) -> u32 {
+        let (n, p) = (next(side), previous(side));
+        let (y, apex) = (self.tail(n), self.tail(p));
+        let new = self.tails.len() as u32;
+        // New face: from the middle to y and the apex, or from x to the middle and the apex.
+        let (moved, cut, corners) = if at_tail {
+            (n, [n, new + 2], [middle, y, apex])
+        } else {
+            (p, [p, new + 1], [self.tail(side), middle, apex])
+        };
+        let copy = if at_tail { new + 1 } else { new + 2 };
+        self.tails.extend(corners);
+        self.twins.extend([NO_HALFEDGE; 3]);
+        // The side away from the kept half goes to the new face; in its place comes the cut.
+        let outer = self.twin(moved);
+        self.twins[copy as usize] = outer;
+        if outer != NO_HALFEDGE {
+            self.twins[outer as usize] = copy;
+        }
+        self.twins[cut[0] as usize] = cut[1];
+        self.twins[cut[1] as usize] = cut[0];
+        if at_tail {
+            self.tails[n as usize] = middle;
+            if self.outgoing[y as usize] == n {
+                self.outgoing[y as usize] = copy;
+            }
+        } else {
+            let x = self.tail(side);
+            self.tails[side as usize] = middle;
+            if self.outgoing[apex as usize] == p {
+                self.outgoing[apex as usize] = copy;
+            }
+            if self.outgoing[x as usize] == side {
+                self.outgoing[x as usize] = new;
+            }
+        }
+        self.face_count += 1;
+        new
+    }
+
     /// Whether the edge of `h` has two faces and their opposite corners are not joined yet.
     pub(crate) fn is_flippable(&self, h: u32) -> bool {
         let twin = self.twin(h);
@@ -276,6 +340,25 @@ mod tests {
             assert!((fewest..=fewest + 8).contains(&mesh.face_count()), "{}", mesh.face_count());
             let rest = mesh.into_manifold();
             assert_eq!(rest.euler_characteristic(), manifold.euler_characteristic());
+        }
+    }
+
+    #[test]
+    fn splits_keep_topology() {
+        for shape in [shapes::icosphere(1), shapes::grid(4, 3), shapes::torus(7, 6, 1.0, 0.4)] {
+            let manifold = ManifoldMesh::try_from(shape).unwrap();
+            let mut mesh = HalfedgeMesh::new(&manifold);
+            for k in 0..300_u32 {
+                let h = k.wrapping_mul(2_654_435_761) % mesh.halfedge_count() as u32;
+                let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
+                let (tail, m) = (mesh.tail(h), mesh.split(h, middle));
+                assert_eq!((mesh.tail(h), mesh.tip(h)), (tail, m));
+                check(&mesh);
+            }
+            let area = manifold.as_triangle_mesh().area();
+            let split = mesh.into_manifold();
+            assert_eq!(split.euler_characteristic(), manifold.euler_characteristic());
+            assert!((split.as_triangle_mesh().area() - area).abs() < 1e-9);
         }
     }
 

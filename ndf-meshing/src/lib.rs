@@ -1,11 +1,13 @@
 //! Base meshes: from a scalar field or a fine mesh to a coarse, well-shaped manifold close to it.
 //!
-//! [`marching_cubes`] makes a manifold of the level set of any [`ScalarField`](ndf_core::ScalarField), [`decimate`]
-//! leaves as many of its faces as are asked for, and [`improve`] mends their shapes. [`base_mesh`] does all of it.
+//! [`marching_cubes()`] makes a manifold of the level set of any [`ScalarField`](ndf_core::ScalarField), [`decimate`]
+//! leaves as many of its faces as are asked for, and [`improve`] mends their shapes. [`base_mesh()`] does all of it.
+//! [`remesh_isotropically`] makes meshes of one edge length, to compare with.
 
 pub mod base_mesh;
 pub mod decimation;
 mod halfedge_mesh;
+pub mod isotropic;
 pub mod marching_cubes;
 mod original;
 mod quadric;
@@ -14,7 +16,10 @@ pub mod remeshing;
 mod test_surfaces;
 pub mod triangle_shape;
 
-pub use base_mesh::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
+pub use base_mesh::{
+    BaseMesh, BaseMeshError, BaseMeshOptions, BaseMeshReport, base_mesh, base_mesh_of_manifold,
+};
 pub use decimation::{Decimated, DecimationOptions, decimate};
+pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
-pub use remeshing::{FinalPassOptions, Improved, improve};
+pub use remeshing::{FinalPassOptions, Improved, Target, improve};

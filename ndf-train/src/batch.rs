@@ -4,6 +4,8 @@ use ndf_core::projection::project_all;
 use ndf_core::sampling::{AreaSampler, FaceSample};
 use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface};
 
+use crate::terms::Target;
+
 /// A point of the base mesh, in single precision.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
@@ -11,16 +13,14 @@ pub(crate) struct Sample {
     pub(crate) barycentric: [f32; 3],
 }
 
-/// What the surface looks like near the image of a sample: its plane through `foot` with unit `normal`, or
-/// nothing (`normal` zero) where the image has no foot.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Target {
-    pub(crate) foot: [f32; 3],
-    pub(crate) normal: [f32; 3],
-}
+impl Sample {
+    pub(crate) fn new(sample: &FaceSample) -> Self {
+        Self { face: sample.face, barycentric: sample.barycentric.map(|b| b as f32) }
+    }
 
-impl Target {
-    const NONE: Self = Self { foot: [0.0; 3], normal: [0.0; 3] };
+    pub(crate) fn on_face(&self) -> FaceSample {
+        FaceSample { face: self.face, barycentric: self.barycentric.map(f64::from) }
+    }
 }
 
 /// Samples, ordered by face, with their targets.
@@ -29,6 +29,8 @@ pub(crate) struct Batch {
     pub(crate) targets: Vec<Target>,
     /// Samples of face f are `face_starts[f] .. face_starts[f + 1]`.
     pub(crate) face_starts: Vec<u32>,
+    /// Hint of the last foot of every sample.
+    pub(crate) hints: Vec<Hint>,
     queries: Vec<Query>,
     feet: Vec<Projection>,
 }
@@ -39,6 +41,7 @@ impl Batch {
             samples: vec![Sample { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
             targets: vec![Target::NONE; samples],
             face_starts: vec![0; faces + 1],
+            hints: vec![Hint::NONE; samples],
             queries: vec![Query::at(DVec3::ZERO); samples],
             feet: vec![Err(Miss::OutOfReach); samples],
         }
@@ -46,9 +49,8 @@ impl Batch {
 
     /// Draws new samples. Hints stay: sample i of a stratified batch is near sample i of the last.
     pub(crate) fn resample(&mut self, sampler: &AreaSampler, seed: u64, stream: u64) {
-        let drawn = sampler.sample(self.samples.len(), seed, stream);
-        for (sample, FaceSample { face, barycentric }) in self.samples.iter_mut().zip(drawn) {
-            *sample = Sample { face, barycentric: barycentric.map(|b| b as f32) };
+        for (sample, drawn) in self.samples.iter_mut().zip(sampler.sample(self.targets.len(), seed, stream)) {
+            *sample = Sample::new(&drawn);
         }
         let faces = self.face_starts.len() as u32 - 1;
         let mut next = 0;
@@ -60,26 +62,40 @@ impl Batch {
         }
     }
 
-    /// Projects the images `y` of the samples (normalised) with normals `n` onto the surface.
+    /// Takes the samples' own places as targets.
+    pub(crate) fn stay(&mut self, images: impl Iterator<Item = DVec3>) {
+        for (target, x) in self.targets.iter_mut().zip(images) {
+            // Any unit normals: only points are compared.
+            let up = [0.0, 0.0, 1.0];
+            *target = Target { foot: x.as_vec3().to_array(), normal: up, surface_normal: up };
+        }
+    }
+
+    /// Projects the images (normalised) with their guiding normals onto the surface.
     pub(crate) fn project(
         &mut self,
         surface: &dyn Surface,
         similarity: &Similarity,
-        images: &[(DVec3, DVec3)],
+        images: impl Iterator<Item = (DVec3, DVec3)>,
     ) {
-        for ((query, foot), &(y, n)) in self.queries.iter_mut().zip(&self.feet).zip(images) {
-            let hint = foot.map_or(Hint::NONE, |f| f.hint);
-            *query = Query { point: similarity.to_world(y), normal: (n != DVec3::ZERO).then_some(n), hint };
+        for ((query, &hint), (y, n)) in self.queries.iter_mut().zip(&self.hints).zip(images) {
+            *query = Query { point: y, normal: (n != DVec3::ZERO).then_some(n), hint };
+        }
+        for query in &mut self.queries {
+            query.point = similarity.to_world(query.point);
         }
         project_all(surface, &self.queries, &mut self.feet);
-        for ((target, foot), &(y, _)) in self.targets.iter_mut().zip(&self.feet).zip(images) {
+        let answers = self.feet.iter().zip(&self.queries);
+        for ((target, hint), (foot, query)) in self.targets.iter_mut().zip(&mut self.hints).zip(answers) {
+            *hint = foot.map_or(Hint::NONE, |f| f.hint);
             *target = foot.map_or(Target::NONE, |foot| {
                 let p = similarity.to_normalised(foot.point);
                 // The distance's own gradient is exact also where the foot is on an edge or a vertex; the
                 // surface's normal serves where the distance is too short to have a direction.
-                let away = y - p;
+                let away = similarity.to_normalised(query.point) - p;
                 let normal = if away.length_squared() > 1e-12 { away.normalize() } else { foot.normal };
-                Target { foot: p.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
+                let single = |v: DVec3| v.as_vec3().to_array();
+                Target { foot: single(p), normal: single(normal), surface_normal: single(foot.normal) }
             });
         }
     }

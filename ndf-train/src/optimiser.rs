@@ -44,6 +44,17 @@ impl Moments {
         Self { first: vec![0.0; parameters], second: vec![0.0; parameters] }
     }
 
+    /// Moments saved earlier. Both have the same length.
+    pub(crate) fn of_parts(first: Vec<f32>, second: Vec<f32>) -> Self {
+        assert_eq!(first.len(), second.len());
+        Self { first, second }
+    }
+
+    /// Both moments, to be saved.
+    pub(crate) fn parts(&self) -> [&[f32]; 2] {
+        [&self.first, &self.second]
+    }
+
     /// Both moments, for parameters that are updated elsewhere.
     pub(crate) fn parts_mut(&mut self) -> (&mut [f32], &mut [f32]) {
         (&mut self.first, &mut self.second)

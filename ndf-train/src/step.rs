@@ -1,65 +1,71 @@
 //! One chunk of an epoch: samples through g_θ and g_φ, losses, and all the way back.
 //!
 //! Everything of a block of [`BLOCK`] samples stays in the first-level cache. Gradients of the networks
-//! accumulate per chunk; the gradients by the encodings z are written out per sample, and summed per vertex
-//! afterwards.
+//! accumulate per chunk; the gradients by the encodings z and their tangents are written out per sample, and summed
+//! per vertex afterwards.
 
 use ndf_core::field::SampleEncoding;
 use ndf_core::network::backward::InputGradient;
-use ndf_core::network::{Activations, BLOCK, Gradients, Packed, backward, encoding, forward};
+use ndf_core::network::{
+    Activations, BLOCK, Gradients, Packed, backward, backward_tangent, encoding, forward, forward_tangent,
+};
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Sample, Target};
-
-/// Sums of the loss terms over samples, unweighted.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LossSums {
-    pub(crate) projection: f64,
-    pub(crate) cycle: f64,
-}
+use crate::batch::Sample;
+use crate::objective::Objective;
+use crate::terms::{SampleGradients, Samples, Target};
 
 /// A chunk's own memory, kept from epoch to epoch.
 pub(crate) struct Chunk {
     theta: Activations,
+    theta_tangents: Option<[Activations; 2]>,
     phi: Activations,
     pub(crate) theta_gradients: Gradients,
     pub(crate) phi_gradients: Gradients,
-    pub(crate) losses: LossSums,
+    /// Sums over samples of each term of the objective, unweighted.
+    pub(crate) terms: Vec<f64>,
+    /// Sum over samples of the cycle loss, unweighted.
+    pub(crate) cycle: f64,
 }
 
 impl Chunk {
-    pub(crate) fn new(theta: &Packed, phi: &Packed) -> Self {
+    pub(crate) fn new(theta: &Packed, phi: &Packed, objective: &Objective) -> Self {
+        let tangent = || Activations::new(theta);
         Self {
             theta: Activations::new(theta),
+            theta_tangents: objective.needs_tangents().then(|| [tangent(), tangent()]),
             phi: Activations::new(phi),
             theta_gradients: Gradients::new(theta),
             phi_gradients: Gradients::new(phi),
-            losses: LossSums::default(),
+            terms: vec![0.0; objective.terms.len()],
+            cycle: 0.0,
         }
     }
 }
 
-/// The networks as they are in this epoch, and the weights of the losses.
+/// The networks as they are in this epoch.
 #[derive(Clone, Copy)]
 pub(crate) struct Model<'a> {
     pub(crate) encoding: SampleEncoding<'a>,
+    /// Derivatives of the barycentric coordinates of every base face along its orthonormal frame.
+    pub(crate) frames: &'a [[[f32; 3]; 2]],
     pub(crate) theta: &'a Packed,
     pub(crate) phi: &'a Packed,
     pub(crate) reverse_octaves: usize,
     pub(crate) residual: bool,
-    /// λ_P / s.
-    pub(crate) projection_weight: f32,
-    /// λ_C / s.
-    pub(crate) cycle_weight: f32,
 }
 
 /// The work of one chunk, to be dispatched.
 pub(crate) struct Step<'a> {
     pub(crate) model: Model<'a>,
+    pub(crate) objective: &'a Objective,
+    /// 1 / number of samples of the epoch.
+    pub(crate) share: f32,
     pub(crate) chunk: &'a mut Chunk,
     pub(crate) samples: &'a [Sample],
     pub(crate) targets: &'a [Target],
-    /// Receives the derivative of the loss by z of every sample, d floats each.
+    /// Receives, for every sample, the derivative of the objective by z, and by both tangents of z if there are any:
+    /// [`Objective::encodings`] times d floats each.
     pub(crate) encoding_gradients: &'a mut [f32],
 }
 
@@ -68,122 +74,185 @@ impl WithSimd for Step<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { model, chunk, samples, targets, encoding_gradients } = self;
+        let Self { model, objective, share, chunk, samples, targets, encoding_gradients } = self;
         chunk.theta_gradients.clear();
         chunk.phi_gradients.clear();
-        chunk.losses = LossSums::default();
-        let d = model.encoding.dimension;
+        chunk.terms.fill(0.0);
+        chunk.cycle = 0.0;
+        let width = objective.encodings() * model.encoding.dimension;
         let mut rest = encoding_gradients;
         for (samples, targets) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)) {
-            let (dz, after) = rest.split_at_mut(d * samples.len());
+            let (dz, after) = rest.split_at_mut(width * samples.len());
             rest = after;
-            block(simd, &model, chunk, samples, targets, dz);
+            let mut block = Block::new(samples, targets);
+            block.forward(simd, &model, chunk);
+            block.terms(objective, share, chunk);
+            if objective.lambda_c > 0.0 {
+                block.cycle(simd, &model, chunk, objective.lambda_c * share, objective.is_identity);
+            }
+            block.backward(simd, &model, chunk, dz);
         }
     }
 }
 
-#[inline(always)]
-fn block<S: Simd>(
-    simd: S,
-    model: &Model<'_>,
-    chunk: &mut Chunk,
-    samples: &[Sample],
-    targets: &[Target],
-    dz: &mut [f32],
-) {
-    let mut x = [[0.0_f32; 3]; BLOCK];
-    let mut y = [[0.0_f32; 3]; BLOCK];
-    let mut dy = [[0.0_f32; 3]; BLOCK];
-
-    let stride = chunk.theta.input_stride();
-    let rows = chunk.theta.input_mut().chunks_exact_mut(stride);
-    for ((sample, row), x) in samples.iter().zip(rows).zip(&mut x) {
-        *x = model.encoding.encode(sample.face, sample.barycentric, row);
-    }
-    forward(simd, model.theta, &mut chunk.theta);
-    let outputs = chunk.theta.output().chunks_exact(chunk.theta.output_stride());
-    for ((y, x), out) in y.iter_mut().zip(&x).zip(outputs) {
-        for c in 0..3 {
-            y[c] = if model.residual { x[c] + out[c] } else { out[c] };
-        }
-    }
-
-    for ((target, y), dy) in targets.iter().zip(&y).zip(&mut dy) {
-        let (value, gradient) = projection_term(*y, target);
-        chunk.losses.projection += f64::from(value);
-        *dy = gradient.map(|g| g * model.projection_weight);
-    }
-    if model.cycle_weight > 0.0 {
-        cycle_block(simd, model, chunk, samples.len(), &x, &y, &mut dy);
-    }
-
-    let stride = chunk.theta.output_stride();
-    let rows = chunk.theta_gradients.output_mut().chunks_exact_mut(stride);
-    for (s, (row, dy)) in rows.zip(&dy).enumerate() {
-        row[..3].copy_from_slice(if s < samples.len() { dy } else { &[0.0; 3] });
-    }
-    backward(simd, model.theta, &chunk.theta, &mut chunk.theta_gradients, InputGradient::Wanted);
-    let d = model.encoding.dimension;
-    if d > 0 {
-        let rows = chunk.theta_gradients.input().chunks_exact(chunk.theta.input_stride());
-        for (dz, row) in dz.chunks_exact_mut(d).zip(rows) {
-            dz.copy_from_slice(&row[..d]);
-        }
-    }
+/// A block of samples on its way.
+struct Block<'a> {
+    samples: &'a [Sample],
+    targets: &'a [Target],
+    x: [[f32; 3]; BLOCK],
+    y: [[f32; 3]; BLOCK],
+    tangents: [[[f32; 3]; BLOCK]; 2],
+    dy: [[f32; 3]; BLOCK],
+    dtangents: [[[f32; 3]; BLOCK]; 2],
 }
 
-/// Cycle loss of a block: adds its value, the gradients of g_φ, and its part of `dy`.
-#[inline(always)]
-fn cycle_block<S: Simd>(
-    simd: S,
-    model: &Model<'_>,
-    chunk: &mut Chunk,
-    count: usize,
-    x: &[[f32; 3]; BLOCK],
-    y: &[[f32; 3]; BLOCK],
-    dy: &mut [[f32; 3]; BLOCK],
-) {
-    let stride = chunk.phi.input_stride();
-    let rows = chunk.phi.input_mut().chunks_exact_mut(stride);
-    for (row, y) in rows.zip(y).take(count) {
-        row[..3].copy_from_slice(y);
-        encoding::encode(*y, model.reverse_octaves, &mut row[3..]);
+impl<'a> Block<'a> {
+    #[inline(always)]
+    fn new(samples: &'a [Sample], targets: &'a [Target]) -> Self {
+        let zero = [[0.0; 3]; BLOCK];
+        Self { samples, targets, x: zero, y: zero, tangents: [zero; 2], dy: zero, dtangents: [zero; 2] }
     }
-    forward(simd, model.phi, &mut chunk.phi);
-    let out_stride = chunk.phi.output_stride();
-    let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
-    let mut sum = 0.0;
-    for (s, (delta, out)) in deltas.zip(chunk.phi.output().chunks_exact(out_stride)).enumerate() {
-        for c in 0..3 {
-            delta[c] = 0.0;
-            if s < count {
-                let back = if model.residual { y[s][c] + out[c] } else { out[c] };
-                let r = back - x[s][c];
-                sum += r * r;
-                delta[c] = 2.0 * model.cycle_weight * r;
-                if model.residual {
-                    dy[s][c] += delta[c];
+
+    #[inline(always)]
+    fn forward<S: Simd>(&mut self, simd: S, model: &Model<'_>, chunk: &mut Chunk) {
+        let stride = chunk.theta.input_stride();
+        let rows = chunk.theta.input_mut().chunks_exact_mut(stride);
+        for ((sample, row), x) in self.samples.iter().zip(rows).zip(&mut self.x) {
+            *x = model.encoding.encode(sample.face, sample.barycentric, row);
+        }
+        forward(simd, model.theta, &mut chunk.theta);
+        let outputs = chunk.theta.output().chunks_exact(chunk.theta.output_stride());
+        for ((y, x), out) in self.y.iter_mut().zip(&self.x).zip(outputs) {
+            for c in 0..3 {
+                y[c] = if model.residual { x[c] + out[c] } else { out[c] };
+            }
+        }
+        let Some(tangents) = &mut chunk.theta_tangents else { return };
+        let d = model.encoding.dimension;
+        for (k, activations) in tangents.iter_mut().enumerate() {
+            let rows = chunk.theta.input().chunks_exact(stride);
+            let tangent_rows = activations.input_mut().chunks_exact_mut(stride);
+            for (sample, (row, tangent)) in self.samples.iter().zip(rows.zip(tangent_rows)) {
+                let direction = model.frames[sample.face as usize][k];
+                model.encoding.encode_tangent(sample.face, direction, row, tangent);
+            }
+            forward_tangent(simd, model.theta, &chunk.theta, activations);
+            let outputs = activations.output().chunks_exact(activations.output_stride());
+            let inputs = activations.input().chunks_exact(stride);
+            for ((t, out), row) in
+                self.tangents[k].iter_mut().zip(outputs).zip(inputs).take(self.samples.len())
+            {
+                for c in 0..3 {
+                    t[c] = if model.residual { row[d + c] + out[c] } else { out[c] };
                 }
             }
         }
     }
-    chunk.losses.cycle += f64::from(sum);
-    backward(simd, model.phi, &chunk.phi, &mut chunk.phi_gradients, InputGradient::Wanted);
-    let stride = chunk.phi.input_stride();
-    let inputs = chunk.phi.input().chunks_exact(stride);
-    let gradients = chunk.phi_gradients.input().chunks_exact(stride);
-    for ((input, gradient), dy) in inputs.zip(gradients).zip(dy).take(count) {
-        let through = encoding::encode_backward(&input[3..], &gradient[3..], model.reverse_octaves);
-        for c in 0..3 {
-            dy[c] += gradient[c] + through[c];
+
+    fn terms(&mut self, objective: &Objective, share: f32, chunk: &mut Chunk) {
+        let n = self.samples.len();
+        let [u, v] = &self.tangents;
+        let samples = Samples {
+            base: &self.x[..n],
+            points: &self.y[..n],
+            tangents: [&u[..n], &v[..n]],
+            targets: self.targets,
+        };
+        let [du, dv] = &mut self.dtangents;
+        let mut gradients =
+            SampleGradients { points: &mut self.dy[..n], tangents: [&mut du[..n], &mut dv[..n]] };
+        for ((weight, term), sum) in objective.terms.iter().zip(&mut chunk.terms) {
+            *sum += term.accumulate(&samples, weight * share, &mut gradients);
+        }
+    }
+
+    /// Cycle loss: adds its value, the gradients of g_φ, and its part of `dy`. In the identity stage g_φ is given x, not
+    /// g_θ(x), and has no part in `dy`.
+    #[inline(always)]
+    fn cycle<S: Simd>(
+        &mut self,
+        simd: S,
+        model: &Model<'_>,
+        chunk: &mut Chunk,
+        weight: f32,
+        is_identity: bool,
+    ) {
+        let n = self.samples.len();
+        let inputs = if is_identity { &self.x } else { &self.y };
+        let stride = chunk.phi.input_stride();
+        let rows = chunk.phi.input_mut().chunks_exact_mut(stride);
+        for (row, y) in rows.zip(inputs).take(n) {
+            row[..3].copy_from_slice(y);
+            encoding::encode(*y, model.reverse_octaves, &mut row[3..]);
+        }
+        forward(simd, model.phi, &mut chunk.phi);
+        let out_stride = chunk.phi.output_stride();
+        let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
+        let mut sum = 0.0;
+        for (s, (delta, out)) in deltas.zip(chunk.phi.output().chunks_exact(out_stride)).enumerate() {
+            for c in 0..3 {
+                delta[c] = 0.0;
+                if s < n {
+                    let back = if model.residual { inputs[s][c] + out[c] } else { out[c] };
+                    let r = back - self.x[s][c];
+                    sum += r * r;
+                    delta[c] = 2.0 * weight * r;
+                    if model.residual && !is_identity {
+                        self.dy[s][c] += delta[c];
+                    }
+                }
+            }
+        }
+        chunk.cycle += f64::from(sum);
+        let wanted = if is_identity { InputGradient::Unwanted } else { InputGradient::Wanted };
+        backward(simd, model.phi, &chunk.phi, &mut chunk.phi_gradients, wanted);
+        if is_identity {
+            return;
+        }
+        let inputs = chunk.phi.input().chunks_exact(stride);
+        let gradients = chunk.phi_gradients.input().chunks_exact(stride);
+        for ((input, gradient), dy) in inputs.zip(gradients).zip(&mut self.dy).take(n) {
+            let through = encoding::encode_backward(&input[3..], &gradient[3..], model.reverse_octaves);
+            for c in 0..3 {
+                dy[c] += gradient[c] + through[c];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn backward<S: Simd>(&self, simd: S, model: &Model<'_>, chunk: &mut Chunk, dz: &mut [f32]) {
+        let d = model.encoding.dimension;
+        let n = self.samples.len();
+        let encodings = if chunk.theta_tangents.is_some() { 3 } else { 1 };
+        set_rows(&mut chunk.theta_gradients, &self.dy, n, chunk.theta.output_stride());
+        backward(simd, model.theta, &chunk.theta, &mut chunk.theta_gradients, InputGradient::Wanted);
+        take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 0);
+        let Some(tangents) = &chunk.theta_tangents else { return };
+        for (k, activations) in tangents.iter().enumerate() {
+            set_rows(&mut chunk.theta_gradients, &self.dtangents[k], n, chunk.theta.output_stride());
+            let gradients = &mut chunk.theta_gradients;
+            backward_tangent(simd, model.theta, &chunk.theta, activations, gradients, InputGradient::Wanted);
+            take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 1 + k);
         }
     }
 }
 
-/// ‖y − P(y)‖² with the surface taken as its plane at the foot, and its gradient by y.
+/// Writes the derivative by the output; rows without a sample get zeros.
 #[inline(always)]
-fn projection_term(y: [f32; 3], target: &Target) -> (f32, [f32; 3]) {
-    let n = target.normal;
-    let height = (0..3).map(|c| n[c] * (y[c] - target.foot[c])).sum::<f32>();
-    (height * height, n.map(|n| 2.0 * height * n))
+fn set_rows(gradients: &mut Gradients, values: &[[f32; 3]; BLOCK], count: usize, stride: usize) {
+    let rows = gradients.output_mut().chunks_exact_mut(stride);
+    for (s, (row, value)) in rows.zip(values).enumerate() {
+        row[..3].copy_from_slice(if s < count { value } else { &[0.0; 3] });
+    }
+}
+
+/// Takes the derivative by the first `d` inputs of every row as encoding number `which` of its sample.
+#[inline(always)]
+fn take_rows(gradients: &Gradients, stride: usize, d: usize, dz: &mut [f32], encodings: usize, which: usize) {
+    if d > 0 {
+        let rows = gradients.input().chunks_exact(stride);
+        for (dz, row) in dz.chunks_exact_mut(encodings * d).zip(rows) {
+            dz[which * d..][..d].copy_from_slice(&row[..d]);
+        }
+    }
 }

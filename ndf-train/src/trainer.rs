@@ -1,31 +1,34 @@
 //! Epoch after epoch.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
-use ndf_core::network::encoding;
-use ndf_core::network::{Mlp, MlpShape, Packed};
-use ndf_core::progress::Progress;
-use ndf_core::projection::projected;
-use ndf_core::sampling::AreaSampler;
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh, Query, Similarity, Surface};
+use ndf_core::network::{Mlp, Packed};
+use ndf_core::sampling::{AreaSampler, FaceSample};
+use ndf_core::{DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 
+use crate::anchors::Anchors;
 use crate::batch::Batch;
+use crate::objective::Objective;
 use crate::optimiser::{AdamStep, Moments};
 use crate::settings::Settings;
-use crate::step::{Chunk, LossSums, Model, Step};
+use crate::state::{Checkpoint, State};
+use crate::step::{Chunk, Model, Step};
+use crate::terms::LossTerm;
 
 /// Chunks an epoch is cut into, whatever the number of threads, so that sums come out the same.
 const CHUNKS: usize = 32;
 
-/// Samples on which the result is measured.
-const MEASURED_SAMPLES: usize = 65_536;
+/// Stream of random numbers of the identity stage; batches count up from 0.
+const IDENTITY_STREAM: u64 = u64::MAX - 1;
 
-/// Streams of random numbers: batches count up from 0, the measurement has its own.
-const MEASURING_STREAM: u64 = u64::MAX;
+/// Mean squared distance, normalised, beyond which training has gone astray: images are farther from the surface
+/// than the box is wide.
+const ASTRAY: f64 = 9.0;
 
 /// Why training did not end well.
 #[derive(Debug, thiserror::Error)]
@@ -39,7 +42,7 @@ pub enum TrainError {
     /// The base mesh does not make a field.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// A loss became NaN or infinite.
+    /// A loss became NaN, infinite or absurd.
     #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
     Diverged {
         /// The epoch.
@@ -51,116 +54,53 @@ pub enum TrainError {
         /// Share of the samples with a foot, in percent.
         share: f64,
     },
+    /// A checkpoint of a run with other terms or anchors.
+    #[error("the checkpoint does not fit: {0}")]
+    Checkpoint(&'static str),
 }
 
-/// Mean losses of an epoch, unweighted, in units of the normalised box squared.
+/// Mean losses of an epoch, unweighted, in units of the normalised box squared where they are distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EpochLosses {
-    /// Epoch, counted from 0.
+    /// Epoch, counted from 0, those of the identity stage first.
     pub epoch: usize,
+    /// Learning rate of the networks.
+    pub rate: f64,
     /// Mean squared distance to the (tangent plane of the) surface.
     pub projection: f64,
     /// Mean squared distance between g_φ(g_θ(x)) and x.
     pub cycle: f64,
 }
 
-/// What came out, measured on fresh samples with true projections.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FitReport {
-    /// Epochs made.
-    pub epochs: usize,
-    /// Wall seconds of training.
-    pub seconds: f64,
-    /// Of these, spent on projecting.
-    pub seconds_projecting: f64,
-    /// Root of the mean squared distance to the surface, in the normalised box.
-    pub projection_rms: f64,
-    /// Largest distance to the surface, in the normalised box.
-    pub projection_max: f64,
-    /// Cycle loss of the last epoch; 0 without cycle loss.
-    pub cycle_loss: f64,
-    /// Share of the samples whose normal opposes the surface's.
-    pub flipped_fraction: f64,
-    /// Share of the samples that have no foot.
-    pub missed_fraction: f64,
-    /// Whether training was cancelled before its last epoch.
-    pub interrupted: bool,
-}
-
-/// A learned field, how to get to it from the user's units, and how good it is.
-#[derive(Clone, Debug)]
-pub struct Fit {
-    /// The field, in the normalised box.
-    pub field: DisplacementField,
-    /// From the surface's coordinates to the box.
-    pub similarity: Similarity,
-    /// How good it is.
-    pub report: FitReport,
-}
-
-/// Learns the displacement field of `base` (in the surface's coordinates) that covers `surface`.
-///
-/// # Errors
-/// If the settings or the base mesh are not usable, or training diverges.
-pub fn fit(
-    surface: &dyn Surface,
-    base: &ManifoldMesh,
-    settings: &Settings,
-    progress: &dyn Progress,
-) -> Result<Fit, TrainError> {
-    let mut trainer = Trainer::new(surface, base, settings)?;
-    let mut interrupted = false;
-    let mut losses = None;
-    while trainer.epoch < settings.epochs {
-        let epoch = trainer.epoch;
-        if epoch.is_multiple_of(50) {
-            let loss: f64 = losses.map_or(f64::NAN, |l: EpochLosses| l.projection.sqrt());
-            let stage =
-                if loss.is_nan() { "training".into() } else { format!("training, distance {loss:.2e}") };
-            progress.report(&stage, epoch as f64 / settings.epochs as f64);
-        }
-        let out_of_time = settings.time_limit.is_some_and(|limit| trainer.started.elapsed() >= limit);
-        if out_of_time || progress.cancelled() {
-            interrupted = true;
-            break;
-        }
-        losses = Some(trainer.run_epoch()?);
-    }
-    progress.report("training", 1.0);
-    let field = trainer.field()?;
-    let mut report = trainer.measure(&field);
-    report.cycle_loss = losses.map_or(0.0, |l| l.cycle);
-    report.interrupted = interrupted;
-    Ok(Fit { field, similarity: trainer.similarity, report })
-}
-
 /// The state of a training run.
 pub struct Trainer<'a> {
-    surface: &'a dyn Surface,
-    settings: Settings,
-    similarity: Similarity,
+    pub(crate) surface: &'a dyn Surface,
+    pub(crate) settings: Settings,
+    pub(crate) similarity: Similarity,
+    pub(crate) sampler: AreaSampler,
+    pub(crate) state: State,
     /// The field training started from: base mesh and shapes.
     start: DisplacementField,
     positions: Vec<[f32; 3]>,
-    /// Faces and corners around every vertex: `incident[v]` lists `3 f + c`.
+    frames: Vec<[[f32; 3]; 2]>,
+    /// Half-edges out of every vertex: `3 f + c` for its corner c of face f.
     incident: Vec<Vec<u32>>,
-    sampler: AreaSampler,
-    features: Vec<f32>,
-    theta: Mlp,
-    phi: Mlp,
+    objective: Objective,
+    /// The objective after the identity stage, while that lasts.
+    waiting: Option<Objective>,
+    anchors: Option<Anchors>,
     packed: (Packed, Packed),
-    moments: [Moments; 3],
     gradients: (Vec<f32>, Vec<f32>),
     batch: Batch,
     encoding_gradients: Vec<f32>,
     chunks: Vec<Chunk>,
-    epoch: usize,
-    started: Instant,
-    projecting: Duration,
+    term_means: Vec<(&'static str, f64)>,
+    pub(crate) started: Instant,
+    pub(crate) projecting: Duration,
 }
 
 impl<'a> Trainer<'a> {
-    /// Everything ready for the first epoch.
+    /// Everything ready for the first epoch on a base mesh in the surface's coordinates.
     ///
     /// # Errors
     /// If the settings or the base mesh are not usable.
@@ -176,168 +116,291 @@ impl<'a> Trainer<'a> {
         let normalised = base.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
         let base = base.with_positions(normalised);
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
-        let base = start.base();
-        let sampler = AreaSampler::of_manifold(base).ok_or(TrainError::NoArea)?;
-        let shape = MlpShape {
-            inputs: 3 + encoding::width(settings.reverse_octaves),
-            hidden: settings.field.hidden.clone(),
-            outputs: 3,
-        };
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
         let phi = if settings.field.residual {
-            Mlp::zero_at_birth(shape, &mut rng)
+            Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
         } else {
-            Mlp::kaiming(shape, &mut rng)
+            Mlp::kaiming(settings.reverse_network(), &mut rng)
         };
-        let theta = start.network().clone();
-        let packed = (Packed::new(&theta), Packed::new(&phi));
-        let features = start.features().to_vec();
-        let (parameters, reverse_parameters) = (theta.parameters().len(), phi.parameters().len());
-        Ok(Self {
+        let (features, theta) = (start.features().to_vec(), start.network().clone());
+        let groups = [features.len(), theta.parameters().len(), phi.parameters().len()];
+        let moments = groups.map(Moments::new);
+        let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0 };
+        Self::with_state(surface, start, similarity, settings, state)
+    }
+
+    /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again.
+    ///
+    /// # Errors
+    /// If the checkpoint is not usable.
+    pub fn resumed(surface: &'a dyn Surface, checkpoint: Checkpoint) -> Result<Self, TrainError> {
+        let Checkpoint { settings, state, hints, model, seconds } = checkpoint;
+        if let Some(defect) = settings.defect() {
+            return Err(TrainError::Settings(defect));
+        }
+        if hints.len() != settings.samples || model.field.shape() != &settings.field {
+            return Err(TrainError::Checkpoint("its parts have different sizes"));
+        }
+        let mut trainer = Self::with_state(surface, model.field, model.similarity, &settings, state)?;
+        trainer.batch.hints = hints;
+        trainer.started -= Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        Ok(trainer)
+    }
+
+    fn with_state(
+        surface: &'a dyn Surface,
+        start: DisplacementField,
+        similarity: Similarity,
+        settings: &Settings,
+        state: State,
+    ) -> Result<Self, TrainError> {
+        let base = start.base();
+        let sampler = AreaSampler::of_manifold(base).ok_or(TrainError::NoArea)?;
+        let packed = (Packed::new(&state.theta), Packed::new(&state.phi));
+        let gradients = (vec![0.0; state.theta.parameters().len()], vec![0.0; state.phi.parameters().len()]);
+        let (objective, waiting) = if state.epoch < settings.identity_epochs {
+            (Objective::identity(), Some(Objective::of(settings)))
+        } else {
+            (Objective::of(settings), None)
+        };
+        let mut trainer = Self {
             surface,
             similarity,
             positions: sample_encoding::single(base.positions()),
+            frames: (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect(),
             incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
             sampler,
-            moments: [features.len(), parameters, reverse_parameters].map(Moments::new),
-            gradients: (vec![0.0; parameters], vec![0.0; reverse_parameters]),
-            batch: Batch::new(settings.samples, base.face_count()),
-            encoding_gradients: vec![0.0; settings.samples * settings.field.features],
-            chunks: (0..CHUNKS).map(|_| Chunk::new(&packed.0, &packed.1)).collect(),
-            features,
-            theta,
-            phi,
+            objective,
+            waiting,
+            anchors: None,
             packed,
+            gradients,
+            batch: Batch::new(settings.samples, base.face_count()),
+            encoding_gradients: Vec::new(),
+            chunks: Vec::new(),
+            term_means: Vec::new(),
             start,
             settings: settings.clone(),
-            epoch: 0,
+            state,
             started: Instant::now(),
             projecting: Duration::ZERO,
-        })
+        };
+        trainer.make_room();
+        Ok(trainer)
+    }
+
+    /// Adds a term of one's own to the objective.
+    #[must_use]
+    pub fn with_term(mut self, weight: f32, term: Arc<dyn LossTerm>) -> Self {
+        self.waiting.as_mut().unwrap_or(&mut self.objective).terms.push((weight, term));
+        self.make_room();
+        self
+    }
+
+    /// Adds anchors (supplement, Eq. 3): pairs of a point near the base mesh, which is taken to the closest point of
+    /// it, and the point where its image should be, both in the surface's coordinates. The weight is 0.1 λ_P each.
+    #[must_use]
+    pub fn with_anchors(mut self, pairs: &[(DVec3, DVec3)]) -> Self {
+        let normalised: Vec<_> = pairs
+            .iter()
+            .map(|&(p, q)| (self.similarity.to_normalised(p), self.similarity.to_normalised(q)))
+            .collect();
+        let weight = 0.1 * self.settings.lambda_p;
+        self.anchors = Some(Anchors::new(&self.start, &normalised, weight, &self.packed));
+        self
+    }
+
+    /// Room for gradients, as the objective asks for it.
+    fn make_room(&mut self) {
+        let width = self.objective.encodings() * self.settings.field.features;
+        self.encoding_gradients = vec![0.0; self.settings.samples * width];
+        let (theta, phi) = &self.packed;
+        self.chunks = (0..CHUNKS).map(|_| Chunk::new(theta, phi, &self.objective)).collect();
+        self.term_means = self.objective.terms.iter().map(|(_, term)| (term.name(), 0.0)).collect();
+    }
+
+    /// Epochs made, those of the identity stage included.
+    pub fn epoch(&self) -> usize {
+        self.state.epoch
+    }
+
+    /// Epochs to be made, those of the identity stage included.
+    pub fn epochs(&self) -> usize {
+        self.settings.identity_epochs + self.settings.epochs
+    }
+
+    /// Name and unweighted mean of every term in the last epoch; the cycle loss is not among them.
+    pub fn term_means(&self) -> &[(&'static str, f64)] {
+        &self.term_means
+    }
+
+    /// Whether the next epoch draws a new batch: the moment for a [`checkpoint`](Self::checkpoint).
+    pub fn at_batch_start(&self) -> bool {
+        let after_identity = self.state.epoch.checked_sub(self.settings.identity_epochs);
+        after_identity.is_none_or(|epoch| epoch.is_multiple_of(self.settings.resample_every))
     }
 
     /// Makes one epoch: samples and feet if they are due, one step of the optimiser.
     ///
     /// # Errors
-    /// If a loss is not finite, or hardly a sample finds the surface.
+    /// If a loss is not finite or absurd, or hardly a sample finds the surface.
     pub fn run_epoch(&mut self) -> Result<EpochLosses, TrainError> {
-        let settings = &self.settings;
-        let resample = self.epoch.is_multiple_of(settings.resample_every);
-        if resample {
-            let stream = (self.epoch / settings.resample_every) as u64;
-            self.batch.resample(&self.sampler, settings.seed, stream);
+        let epoch = self.state.epoch;
+        let rate = match epoch.checked_sub(self.settings.identity_epochs) {
+            None => {
+                self.begin_identity();
+                self.settings.rate.first
+            }
+            Some(after) => {
+                self.begin_epoch(after)?;
+                self.settings.rate.at(after as f32 / self.settings.epochs.max(1) as f32)
+            }
+        } * self.state.rate_factor;
+        let cycle = self.accumulate();
+        let projection = self.term_means.first().map_or(0.0, |(_, mean)| *mean);
+        let losses = EpochLosses { epoch, rate: f64::from(rate), projection, cycle };
+        let finite = cycle.is_finite() && self.term_means.iter().all(|(_, mean)| mean.is_finite());
+        if !finite || projection > ASTRAY || cycle > ASTRAY {
+            return Err(TrainError::Diverged { epoch });
         }
-        if resample || self.epoch.is_multiple_of(settings.project_every) {
+        self.update(rate);
+        self.state.epoch += 1;
+        Ok(losses)
+    }
+
+    /// An epoch of the identity stage: one batch throughout, whose points are their own targets.
+    fn begin_identity(&mut self) {
+        let is_drawn = self.batch.face_starts.last() != Some(&0);
+        if !is_drawn {
+            self.batch.resample(&self.sampler, self.settings.seed, IDENTITY_STREAM);
+            let base = self.start.base().as_triangle_mesh();
+            let places: Vec<DVec3> = self.batch.samples.iter().map(|s| s.on_face().position(base)).collect();
+            self.batch.stay(places.into_iter());
+        }
+    }
+
+    fn begin_epoch(&mut self, epoch: usize) -> Result<(), TrainError> {
+        if let Some(objective) = self.waiting.take() {
+            // A new stage begins with fresh moments.
+            self.objective = objective;
+            self.state.moments = self.state.moments.each_ref().map(|m| Moments::new(m.parts()[0].len()));
+            self.make_room();
+        }
+        if epoch.is_multiple_of(self.settings.resample_every) {
+            let stream = (epoch / self.settings.resample_every) as u64;
+            self.batch.resample(&self.sampler, self.settings.seed, stream);
+        }
+        if epoch.is_multiple_of(self.settings.project_every) {
             self.project()?;
         }
-        let sums = self.gradients();
-        self.update();
-        let n = self.settings.samples as f64;
-        let losses =
-            EpochLosses { epoch: self.epoch, projection: sums.projection / n, cycle: sums.cycle / n };
-        if !(losses.projection.is_finite() && losses.cycle.is_finite()) {
-            return Err(TrainError::Diverged { epoch: self.epoch });
-        }
-        self.epoch += 1;
-        Ok(losses)
+        Ok(())
     }
 
     fn project(&mut self) -> Result<(), TrainError> {
         let before = Instant::now();
-        let field = self.field().map_err(|_| TrainError::Diverged { epoch: self.epoch })?;
-        let samples: Vec<_> = self
-            .batch
-            .samples
-            .iter()
-            .map(|s| ndf_core::sampling::FaceSample {
-                face: s.face,
-                barycentric: s.barycentric.map(f64::from),
-            })
-            .collect();
-        let images: Vec<(DVec3, DVec3)> =
-            field.map_with_tangents(&samples).iter().map(|m| (m.point, m.normal())).collect();
-        self.batch.project(self.surface, &self.similarity, &images);
+        let field = self.field().map_err(|_| TrainError::Diverged { epoch: self.state.epoch })?;
+        let samples: Vec<FaceSample> = self.batch.samples.iter().map(|s| s.on_face()).collect();
+        // The guide is the normal of the base face, not that of g: where g has folded over, its own normal would
+        // send it to the far side of the surface and keep it folded.
+        let base = self.start.base().as_triangle_mesh();
+        let guides = samples.iter().map(|s| base.face_normal(s.face));
+        self.batch.project(self.surface, &self.similarity, field.map(&samples).into_iter().zip(guides));
         self.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
         if share < 1.0 { Err(TrainError::OutOfReach { share }) } else { Ok(()) }
     }
 
-    /// Values and gradients of the losses at the current parameters.
-    fn gradients(&mut self) -> LossSums {
-        self.packed.0.pack(self.theta.parameters());
-        self.packed.1.pack(self.phi.parameters());
+    /// Values and gradients of the objective at the current parameters; returns the mean of the cycle loss.
+    fn accumulate(&mut self) -> f64 {
+        self.packed.0.pack(self.state.theta.parameters());
+        self.packed.1.pack(self.state.phi.parameters());
         let settings = &self.settings;
-        let d = settings.field.features;
         let model = Model {
             encoding: SampleEncoding {
                 faces: self.start.base().faces(),
                 positions: &self.positions,
-                features: &self.features,
-                dimension: d,
+                features: &self.state.features,
+                dimension: settings.field.features,
                 octaves: settings.field.octaves,
             },
+            frames: &self.frames,
             theta: &self.packed.0,
             phi: &self.packed.1,
             reverse_octaves: settings.reverse_octaves,
             residual: settings.field.residual,
-            projection_weight: settings.lambda_p / settings.samples as f32,
-            cycle_weight: settings.lambda_c / settings.samples as f32,
         };
         let size = settings.samples.div_ceil(CHUNKS);
+        let width = self.objective.encodings() * settings.field.features;
         // Without features there is nothing to write; every chunk then gets an empty slice.
-        let mut parts: Vec<&mut [f32]> = if d > 0 {
-            self.encoding_gradients.chunks_mut(size * d).collect()
+        let mut parts: Vec<&mut [f32]> = if width > 0 {
+            self.encoding_gradients.chunks_mut(size * width).collect()
         } else {
             std::iter::repeat_with(|| &mut [][..]).take(CHUNKS).collect()
         };
-        let batch = &self.batch;
-        let work = batch.samples.par_chunks(size).zip(batch.targets.par_chunks(size));
+        let work = self.batch.samples.par_chunks(size).zip(self.batch.targets.par_chunks(size));
         let arch = pulp::Arch::new();
+        let (objective, share) = (&self.objective, 1.0 / settings.samples as f32);
         self.chunks.par_iter_mut().zip(work).zip(&mut parts).for_each(|((chunk, (samples, targets)), dz)| {
-            arch.dispatch(Step { model, chunk, samples, targets, encoding_gradients: dz });
+            arch.dispatch(Step { model, objective, share, chunk, samples, targets, encoding_gradients: dz });
         });
         let (to_theta, to_phi) = (&mut self.gradients.0, &mut self.gradients.1);
         to_theta.fill(0.0);
         to_phi.fill(0.0);
-        let mut sums = LossSums::default();
+        let mut cycle = 0.0;
+        self.term_means.iter_mut().for_each(|(_, mean)| *mean = 0.0);
         for chunk in &self.chunks[..settings.samples.div_ceil(size)] {
             chunk.theta_gradients.add_to(to_theta);
             chunk.phi_gradients.add_to(to_phi);
-            sums.projection += chunk.losses.projection;
-            sums.cycle += chunk.losses.cycle;
+            cycle += chunk.cycle / settings.samples as f64;
+            for ((_, mean), sum) in self.term_means.iter_mut().zip(&chunk.terms) {
+                *mean += sum / settings.samples as f64;
+            }
         }
-        sums
+        if let (Some(anchors), None) = (&mut self.anchors, &self.waiting) {
+            anchors.accumulate(model, to_theta);
+        }
+        cycle
     }
 
     /// One step of Adam for all parameters.
-    fn update(&mut self) {
+    fn update(&mut self, rate: f32) {
         let settings = &self.settings;
-        let fraction = self.epoch as f32 / settings.epochs.max(1) as f32;
-        let step = AdamStep::new(self.epoch + 1, settings.rate.at(fraction));
-        let [of_features, of_theta, of_phi] = &mut self.moments;
-        of_theta.apply(step, self.theta.parameters_mut(), &self.gradients.0);
-        if settings.lambda_c > 0.0 {
-            of_phi.apply(step, self.phi.parameters_mut(), &self.gradients.1);
+        // Bias corrections count the steps since the moments were fresh.
+        let steps = self.state.epoch.checked_sub(settings.identity_epochs).unwrap_or(self.state.epoch);
+        let step = AdamStep::new(steps + 1, rate);
+        let [of_features, of_theta, of_phi] = &mut self.state.moments;
+        of_theta.apply(step, self.state.theta.parameters_mut(), &self.gradients.0);
+        if self.objective.lambda_c > 0.0 {
+            of_phi.apply(step, self.state.phi.parameters_mut(), &self.gradients.1);
         }
         let d = settings.field.features;
         if d == 0 {
             return;
         }
         let step = step.scaled(settings.feature_rate);
+        let encodings = self.objective.encodings();
         let (first, second) = of_features.parts_mut();
-        let (samples, starts) = (&self.batch.samples, &self.batch.face_starts);
+        let (samples, starts, frames) = (&self.batch.samples, &self.batch.face_starts, &self.frames);
         let dz = &self.encoding_gradients;
-        let vertices = self.features.par_chunks_mut(d).zip(&self.incident);
+        let anchors =
+            self.anchors.as_ref().filter(|_| self.waiting.is_none()).map(Anchors::feature_gradients);
+        let vertices = self.state.features.par_chunks_mut(d).zip(&self.incident).enumerate();
         let moments = first.par_chunks_mut(d).zip(second.par_chunks_mut(d));
         vertices.zip(moments).with_min_len(64).for_each_init(
             || vec![0.0; d],
-            |gradient, ((features, incident), (first, second))| {
-                gradient.fill(0.0);
+            |gradient, ((v, (features, incident)), (first, second))| {
+                match anchors {
+                    Some(anchors) => gradient.copy_from_slice(&anchors[v * d..][..d]),
+                    None => gradient.fill(0.0),
+                }
                 for &corner in incident {
                     let (f, c) = (corner as usize / 3, corner as usize % 3);
                     for s in starts[f] as usize..starts[f + 1] as usize {
-                        let b = samples[s].barycentric[c];
-                        gradient.iter_mut().zip(&dz[s * d..][..d]).for_each(|(g, dz)| *g += b * dz);
+                        let factors = [samples[s].barycentric[c], frames[f][0][c], frames[f][1][c]];
+                        let dz = dz[s * encodings * d..][..encodings * d].chunks_exact(d);
+                        for (factor, dz) in factors.into_iter().zip(dz) {
+                            gradient.iter_mut().zip(dz).for_each(|(g, dz)| *g += factor * dz);
+                        }
                     }
                 }
                 for k in 0..d {
@@ -352,38 +415,56 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If a parameter is not finite.
     pub fn field(&self) -> Result<DisplacementField, FieldError> {
-        self.start.with_parameters(self.features.clone(), self.theta.parameters().to_vec())
+        self.start.with_parameters(self.state.features.clone(), self.state.theta.parameters().to_vec())
     }
 
-    /// Measures `field` on fresh samples with true projections.
-    fn measure(&self, field: &DisplacementField) -> FitReport {
-        let samples = self.sampler.sample(MEASURED_SAMPLES, self.settings.seed, MEASURING_STREAM);
-        let mapped = field.map_with_tangents(&samples);
-        let queries: Vec<Query> = mapped
-            .iter()
-            .map(|m| Query { normal: Some(m.normal()), ..Query::at(self.similarity.to_world(m.point)) })
-            .collect();
-        let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
-        for (foot, mapped) in projected(self.surface, &queries).iter().zip(&mapped) {
-            if let Ok(foot) = foot {
-                let distance = self.similarity.to_normalised(foot.point).distance(mapped.point);
-                squares += distance * distance;
-                largest = largest.max(distance);
-                hits += 1;
-                flipped += usize::from(foot.normal.dot(mapped.normal()) < 0.0);
-            }
-        }
-        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
-        FitReport {
-            epochs: self.epoch,
+    /// Everything needed to go on from here. Exact [at the start of a batch](Self::at_batch_start); elsewhere, the
+    /// resumed run draws its batch anew.
+    ///
+    /// # Errors
+    /// If a parameter is not finite.
+    pub fn checkpoint(&self) -> Result<Checkpoint, FieldError> {
+        let model =
+            ModelFile { field: self.field()?, similarity: self.similarity, provenance: String::new() };
+        Ok(Checkpoint {
+            settings: self.settings.clone(),
+            state: self.state.clone(),
+            hints: self.batch.hints.clone(),
+            model,
             seconds: self.started.elapsed().as_secs_f64(),
-            seconds_projecting: self.projecting.as_secs_f64(),
-            projection_rms: (squares / hits.max(1) as f64).sqrt(),
-            projection_max: largest,
-            cycle_loss: 0.0,
-            flipped_fraction: share(flipped, hits),
-            missed_fraction: share(samples.len() - hits, samples.len()),
-            interrupted: false,
-        }
+        })
     }
+
+    /// Goes back to an earlier state with half the learning rate.
+    pub(crate) fn retreat(&mut self, to: &State) {
+        let rate_factor = 0.5 * self.state.rate_factor;
+        self.state = State { rate_factor, ..to.clone() };
+    }
+
+    /// Share of the batch with a foot whose mapped normal opposes the surface's there.
+    pub(crate) fn flipped_fraction(&self) -> Result<f64, FieldError> {
+        let samples: Vec<FaceSample> = self.batch.samples.iter().map(|s| s.on_face()).collect();
+        let mapped = self.field()?.map_with_tangents(&samples);
+        let (mut hits, mut flipped) = (0_usize, 0_usize);
+        for (mapped, target) in mapped.iter().zip(&self.batch.targets) {
+            let normal = DVec3::from(target.surface_normal.map(f64::from));
+            hits += usize::from(normal != DVec3::ZERO);
+            flipped += usize::from(mapped.normal().dot(normal) < 0.0);
+        }
+        Ok(flipped as f64 / hits.max(1) as f64)
+    }
+}
+
+/// Derivatives of the barycentric coordinates along an orthonormal frame of a triangle whose first vector is along
+/// the side from corner 0 to corner 1; zero where the triangle has no area.
+pub(crate) fn frame([a, b, c]: [DVec3; 3]) -> [[f32; 3]; 2] {
+    let (p, q) = (b - a, c - a);
+    let length = p.length();
+    let along = q.dot(p) / length;
+    let height = p.cross(q).length() / length;
+    if !(height > 0.0 && length > 0.0) {
+        return [[0.0; 3]; 2];
+    }
+    let (u1, v1, v2) = (1.0 / length, -along / (height * length), 1.0 / height);
+    [[-u1, u1, 0.0], [-v1 - v2, v1, v2]].map(|w| w.map(|x| x as f32))
 }

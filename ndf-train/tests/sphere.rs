@@ -31,7 +31,7 @@ impl Surface for Sphere {
 
 fn base() -> ManifoldMesh {
     let ball = shapes::icosphere(1).map_positions(|p| CENTER + RADIUS * p);
-    ManifoldMesh::try_from(ball).unwrap()
+    ManifoldMesh::try_from(ball).expect("an icosphere is a manifold")
 }
 
 fn quick() -> Settings {

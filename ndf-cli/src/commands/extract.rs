@@ -4,15 +4,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::write_mesh;
+use ndf_core::io::{format_to_write, write_mesh};
 use ndf_core::quality::Quality;
 use ndf_core::tessellation::tessellate;
 use ndf_core::{ManifoldMesh, Model, Similarity, ValidationReport};
+use ndf_intrinsic::{ExtractionOptions, ExtractionReport, extract};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::input::read_model;
-use crate::output::{Failure, Outcome, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
 /// More triangles than this are refused: their file would have over a gigabyte.
 const MOST_FACES: usize = 50_000_000;
@@ -27,7 +28,7 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,
-    /// Only cut the base faces; do not improve the triangles. (So far nothing else is done.)
+    /// Only cut the base faces; do not improve the triangles.
     #[arg(long)]
     no_refine: bool,
 }
@@ -37,10 +38,10 @@ pub struct Arguments {
 #[group(required = true, multiple = false)]
 pub struct EdgeLength {
     /// Longest edge, in the input's units.
-    #[arg(long, value_name = "H", value_parser = length)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
     /// Longest edge where the base mesh fills the box [-1.5, 1.5]³.
-    #[arg(long, value_name = "H", value_parser = length)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
 }
 
@@ -65,31 +66,51 @@ impl EdgeLength {
 /// # Errors
 /// If the model cannot be read, the edge length asks for too much, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure> {
+    format_to_write(&arguments.output)?;
+    check_place(&arguments.output)?;
     let model = read_model(&arguments.model)?;
     let started = Instant::now();
-    let mesh = extracted(&model, arguments.edge_length)
-        .map_err(|e| Failure::new(format!("{}: {e}", arguments.model.display())))?;
+    let failed = |e: String| Failure::new(format!("{}: {e}", arguments.model.display()));
+    let (mesh, report) = if arguments.no_refine {
+        (tessellated(&model, arguments.edge_length).map_err(failed)?, None)
+    } else {
+        let (mesh, report) = extracted(&model, arguments.edge_length).map_err(failed)?;
+        (mesh, Some(report))
+    };
     let seconds = started.elapsed().as_secs_f64();
     write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[])?;
     let path = arguments.output.display().to_string();
-    let (json, rows) = figures(&mesh, seconds);
+    let (json, rows) = figures(&mesh, report.as_ref(), seconds);
     Ok(Outcome::new(json, format!("{path}: {} faces\n{}", grouped(mesh.face_count()), table(&rows))))
 }
 
-/// The mesh of a model, in the input's units.
+/// The Delaunay mesh of a model, in the input's units, and what is true of it.
 ///
 /// # Errors
 /// If the edge length asks for too much, or the field is not finite.
-pub fn extracted(
-    model: &Model,
-    edge_length: EdgeLength,
-) -> Result<ManifoldMesh, ndf_core::tessellation::TessellationError> {
-    let mesh = tessellate(&model.field, edge_length.normalised(&model.similarity), MOST_FACES)?.mesh;
-    let world = mesh.positions().iter().map(|&p| model.similarity.to_world(p)).collect();
-    Ok(mesh.with_positions(world))
+pub fn extracted(model: &Model, edge_length: EdgeLength) -> Result<(ManifoldMesh, ExtractionReport), String> {
+    let length = edge_length.normalised(&model.similarity);
+    let options = ExtractionOptions { most_faces: MOST_FACES, ..ExtractionOptions::new(length) };
+    let extraction = extract(&model.field, &options).map_err(|e| e.to_string())?;
+    Ok((to_world(model, &extraction.mesh), extraction.report))
 }
 
-fn figures(mesh: &ManifoldMesh, seconds: f64) -> (Value, Vec<(&'static str, String)>) {
+/// The base faces of a model cut until they are small, in the input's units.
+fn tessellated(model: &Model, edge_length: EdgeLength) -> Result<ManifoldMesh, String> {
+    let length = edge_length.normalised(&model.similarity);
+    let tessellation = tessellate(&model.field, length, MOST_FACES).map_err(|e| e.to_string())?;
+    Ok(to_world(model, &tessellation.mesh))
+}
+
+fn to_world(model: &Model, mesh: &ManifoldMesh) -> ManifoldMesh {
+    mesh.with_positions(mesh.positions().iter().map(|&p| model.similarity.to_world(p)).collect())
+}
+
+fn figures(
+    mesh: &ManifoldMesh,
+    extraction: Option<&ExtractionReport>,
+    seconds: f64,
+) -> (Value, Vec<(&'static str, String)>) {
     let report = ValidationReport::of(mesh.as_triangle_mesh());
     let quality = Quality::of(mesh);
     let (length, angle) = (quality.edge_length, quality.min_angle_deg);
@@ -102,8 +123,8 @@ fn figures(mesh: &ManifoldMesh, seconds: f64) -> (Value, Vec<(&'static str, Stri
         "boundary_edges": report.boundary_edges,
         "manifold": report.is_manifold(),
         "oriented": report.inconsistent_edges.count == 0,
-        // The triangulation's own metric is the embedded one.
-        "delaunay_intrinsic": quality.is_delaunay(),
+        // A plain tessellation's own metric is the embedded one.
+        "delaunay_intrinsic": extraction.map_or(quality.is_delaunay(), |e| e.delaunay_intrinsic),
         "delaunay_embedded_fraction": quality.delaunay_fraction,
         "edge_length": {"min": length.min, "mean": length.mean, "max": length.max},
         "min_angle_deg": {"min": angle.min, "p5": angle.p5, "median": angle.median},

@@ -1,19 +1,25 @@
 //! `ndf fit`: learn a surface.
 
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use ndf_core::io::atomic_write;
-use ndf_core::{ManifoldMesh, Model};
+use ndf_core::{DVec3, ManifoldMesh, Model};
 use ndf_meshing::BaseMeshOptions;
-use ndf_train::{Fit, Schedule, Settings, fit};
+use ndf_train::{Checkpoint, Fit, FitReport, Hooks, LogRecord, Schedule, Settings, Trainer, train};
 use serde_json::{Value, json};
 
 use super::read_faces;
 use crate::context::Context;
 use crate::input::MeshInput;
-use crate::output::{Failure, Outcome, grouped, readable, table};
+use crate::interrupt;
+use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+
+/// The share of the learned surface from which being turned against the input is worth a warning.
+const NOTABLY_FLIPPED: f64 = 0.01;
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -29,6 +35,18 @@ pub struct Arguments {
     /// A base mesh to use instead of one that is made.
     #[arg(long, value_name = "FILE", conflicts_with = "base_faces")]
     base: Option<PathBuf>,
+    /// Points of the base mesh and where their images should be; lines of six numbers, in the input's units.
+    #[arg(long, value_name = "FILE")]
+    anchors: Option<PathBuf>,
+    /// Where an interrupted run leaves its checkpoint [default: the model's name with .checkpoint].
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Go on from a checkpoint, with its base mesh and settings.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "Training"])]
+    resume: Option<PathBuf>,
+    /// Write a line of JSON for every batch: losses, rate, share of flipped samples, times.
+    #[arg(long, value_name = "FILE.jsonl")]
+    log: Option<PathBuf>,
     /// Faces of the base mesh.
     #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
     base_faces: u32,
@@ -36,30 +54,53 @@ pub struct Arguments {
     training: Training,
 }
 
-/// How to train; what is not given is the default of the preset.
+/// How to train; what is not given is as in the preset.
 #[derive(Args, Clone, Copy, Debug, Default)]
+#[group(id = "Training", multiple = true)]
 pub struct Training {
+    /// Settings to start from.
+    #[arg(long, value_enum, default_value_t)]
+    preset: Preset,
     /// Features of every base vertex [default: 8].
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
     features: Option<u32>,
-    /// Passes over a batch [default: 6000].
+    /// Epochs [default: 6000; paper: 10000].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     epochs: Option<u32>,
-    /// Samples in a batch [default: 8192].
+    /// Samples in a batch [default: 8192; paper: 32768].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     samples: Option<u32>,
     /// Learning rate of the first epoch [default: 1e-3].
-    #[arg(long, value_name = "X", value_parser = positive)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     lr: Option<f32>,
     /// Weight of the projection loss [default: 1e4].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_p: Option<f32>,
     /// Weight of the cycle loss [default: 1e2].
-    #[arg(long, value_name = "X", value_parser = weight)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_c: Option<f32>,
+    /// Weight of the Dirichlet energy [default: 0].
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
+    lambda_d: Option<f32>,
+    /// Weight of the agreement of normals [default: 0].
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
+    lambda_n: Option<f32>,
+    /// Weight of local conformality [default: 0].
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
+    lambda_f: Option<f32>,
     /// End training after this long, with what is learned by then.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
+}
+
+/// Sets of settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    /// What reaches a given error soonest.
+    #[default]
+    Default,
+    /// The training of the paper's supplement.
+    Paper,
 }
 
 /// Kinds of input.
@@ -72,7 +113,11 @@ enum Kind {
 impl Training {
     /// Settings with what was given.
     pub fn settings(&self, seed: u64) -> Settings {
-        let mut settings = Settings { seed, time_limit: self.time_limit, ..Settings::default() };
+        let preset = match self.preset {
+            Preset::Default => Settings::default(),
+            Preset::Paper => Settings::paper(),
+        };
+        let mut settings = Settings { seed, time_limit: self.time_limit, ..preset };
         if let Some(features) = self.features {
             settings.field.features = features as usize;
         }
@@ -88,6 +133,9 @@ impl Training {
         }
         settings.lambda_p = self.lambda_p.unwrap_or(settings.lambda_p);
         settings.lambda_c = self.lambda_c.unwrap_or(settings.lambda_c);
+        settings.lambda_d = self.lambda_d.unwrap_or(settings.lambda_d);
+        settings.lambda_n = self.lambda_n.unwrap_or(settings.lambda_n);
+        settings.lambda_f = self.lambda_f.unwrap_or(settings.lambda_f);
         settings
     }
 }
@@ -95,16 +143,63 @@ impl Training {
 /// Learns a surface and writes the model.
 ///
 /// # Errors
-/// If the input is no usable surface, training fails, or the model cannot be written.
+/// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let settings = arguments.training.settings(context.seed());
-    let fitted =
-        fit_file(&arguments.input, arguments.base.as_deref(), arguments.base_faces, &settings, context)?;
+    check_place(&arguments.output)?;
+    arguments.checkpoint.as_deref().map(check_place).transpose()?;
+    let job = Job {
+        input: &arguments.input,
+        base: arguments.base.as_deref(),
+        base_faces: arguments.base_faces,
+        settings: arguments.training.settings(context.seed()),
+        anchors: arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default(),
+        resume: arguments.resume.as_deref(),
+        log: arguments.log.as_deref(),
+    };
+    let (fitted, checkpoint) = fit_file(&job, context)?;
+    if interrupt::is_requested() {
+        let default = || {
+            let mut name = arguments.output.clone().into_os_string();
+            name.push(".checkpoint");
+            PathBuf::from(name)
+        };
+        let path = arguments.checkpoint.clone().unwrap_or_else(default);
+        checkpoint.write(&path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
+        let (done, all) =
+            (checkpoint.epoch(), checkpoint.settings().epochs + checkpoint.settings().identity_epochs);
+        return Err(Failure::new(format!("interrupted after {done} of {all} epochs"))
+            .try_instead(&format!("--resume {} goes on from there", path.display())));
+    }
     let bytes = fitted.model.to_bytes();
     let path = arguments.output.display().to_string();
     atomic_write(&arguments.output, |out| out.write_all(&bytes))
         .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
     Ok(outcome(&path, &fitted, bytes.len()))
+}
+
+/// What to learn, and how.
+pub struct Job<'a> {
+    /// The file with the surface.
+    pub input: &'a Path,
+    /// A base mesh, if one is brought.
+    pub base: Option<&'a Path>,
+    /// Faces of the base mesh, if one is made.
+    pub base_faces: u32,
+    /// How to train.
+    pub settings: Settings,
+    /// Points of the base mesh and where their images should be.
+    pub anchors: Vec<(DVec3, DVec3)>,
+    /// A checkpoint to go on from; then base mesh and settings are those of the checkpoint.
+    pub resume: Option<&'a Path>,
+    /// Where a line for every batch goes.
+    pub log: Option<&'a Path>,
+}
+
+impl<'a> Job<'a> {
+    /// The job of learning `input` with these settings.
+    pub fn new(input: &'a Path, base_faces: u32, settings: Settings) -> Self {
+        Self { input, base: None, base_faces, settings, anchors: Vec::new(), resume: None, log: None }
+    }
 }
 
 /// A learned model with the figures of its making.
@@ -116,41 +211,134 @@ pub struct Fitted {
     /// What was learned from.
     pub input: MeshInput,
     /// Figures of the training.
-    pub report: ndf_train::FitReport,
+    pub report: FitReport,
 }
 
-/// Learns the surface in a file.
+/// Learns the surface in a file. A run that is interrupted gives what it has learned; the checkpoint lets it go on.
 ///
 /// # Errors
 /// If the input is no usable surface, or training fails.
-pub fn fit_file(
-    input: &Path,
-    base: Option<&Path>,
-    base_faces: u32,
-    settings: &Settings,
-    context: &Context,
-) -> Result<Fitted, Failure> {
-    let progress = context.progress();
-    let source = MeshInput::read(input, context)?;
-    let base = match base {
-        Some(path) => read_base(path, context)?,
+pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint), Failure> {
+    let name = job.input.display();
+    let progress = context.progress().cancelled_by(interrupt::flag());
+    let source = MeshInput::read(job.input, context)?;
+    let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
+    let mut trainer = match job.resume {
+        Some(path) => {
+            let checkpoint =
+                Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+            Trainer::resumed(source.surface(), checkpoint).map_err(|e| say(&e))?
+        }
         None => {
-            let options = BaseMeshOptions { faces: base_faces as usize, ..BaseMeshOptions::default() };
-            source.base_mesh(input, &options, context, &progress)?.mesh
+            let base = match job.base {
+                Some(path) => read_base(path, context)?,
+                None => {
+                    let options =
+                        BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
+                    source.base_mesh(job.input, &options, context, &progress)?.mesh
+                }
+            };
+            Trainer::new(source.surface(), &base, &job.settings).map_err(|e| say(&e))?
         }
     };
-    let Fit { field, similarity, report } = fit(source.surface(), &base, settings, &progress)
-        .map_err(|e| Failure::new(format!("{}: {e}", input.display())))?;
-    drop(progress);
-    if report.interrupted {
-        context.warn(&format!("training ended early, after {} of {} epochs", report.epochs, settings.epochs));
+    if !job.anchors.is_empty() {
+        trainer = trainer.with_anchors(&job.anchors);
+    }
+    let mut log = job.log.map(Log::create).transpose()?;
+    let mut write_line = |record: &LogRecord<'_>| {
+        if let Some(log) = &mut log {
+            log.write(record);
+        }
+    };
+    let mut hooks = Hooks { progress: &progress, log: None };
+    if job.log.is_some() {
+        hooks.log = Some(&mut write_line);
+    }
+    let (Fit { field, similarity, report }, checkpoint) =
+        train(&mut trainer, &mut hooks).map_err(|e| say(&e))?;
+    drop((trainer, progress));
+    if let Some(log) = log {
+        log.finish()?;
+    }
+    let settings = checkpoint.settings();
+    if report.interrupted && !interrupt::is_requested() {
+        context.warn(&format!("the time was up after {} of {} epochs", report.epochs, settings.epochs));
+    }
+    if report.retreats > 0 {
+        let times = report.retreats;
+        context.warn(&format!(
+            "training diverged {times} times and went on at a smaller rate; try a smaller --lr"
+        ));
+    }
+    if report.flipped_fraction > NOTABLY_FLIPPED {
+        let share = 100.0 * report.flipped_fraction;
+        context.warn(&format!("{share:.1} % of the learned surface is turned against the input"));
     }
     if report.missed_fraction > 0.0 {
         let share = 100.0 * report.missed_fraction;
         context.warn(&format!("{share:.1} % of the learned surface finds no foot on the input"));
     }
-    let provenance = provenance(input, settings, &report).to_string();
-    Ok(Fitted { model: Model { field, similarity, provenance }, base, input: source, report })
+    let provenance = provenance(job.input, settings, &report).to_string();
+    let world = field.base().positions().iter().map(|&p| similarity.to_world(p)).collect();
+    let base = field.base().with_positions(world);
+    Ok((Fitted { model: Model { field, similarity, provenance }, base, input: source, report }, checkpoint))
+}
+
+/// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
+fn read_anchors(path: &Path) -> Result<Vec<(DVec3, DVec3)>, Failure> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let lines =
+        text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.trim_start().starts_with('#'));
+    let pair = |(number, line): (usize, &str)| {
+        let numbers: Option<Vec<f64>> =
+            line.split_whitespace().map(|w| w.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        match numbers.as_deref() {
+            Some(&[a, b, c, d, e, f]) => Ok((DVec3::new(a, b, c), DVec3::new(d, e, f))),
+            _ => Err(Failure::new(format!("{name}: line {} does not hold six numbers", number + 1))),
+        }
+    };
+    lines.map(pair).collect()
+}
+
+/// A file of JSON lines.
+struct Log {
+    path: PathBuf,
+    file: BufWriter<File>,
+    error: Option<std::io::Error>,
+}
+
+impl Log {
+    fn create(path: &Path) -> Result<Self, Failure> {
+        let file =
+            File::create(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
+        Ok(Self { path: path.to_owned(), file: BufWriter::new(file), error: None })
+    }
+
+    fn write(&mut self, record: &LogRecord<'_>) {
+        let mut line = json!({
+            "epoch": record.losses.epoch,
+            "rate": record.losses.rate,
+            "cycle": record.losses.cycle,
+            "flipped_fraction": record.flipped_fraction,
+            "seconds": record.seconds,
+            "seconds_projecting": record.seconds_projecting,
+        });
+        for (term, mean) in record.terms {
+            line[*term] = (*mean).into();
+        }
+        if let Err(e) = writeln!(self.file, "{line}") {
+            self.error.get_or_insert(e);
+        }
+    }
+
+    fn finish(mut self) -> Result<(), Failure> {
+        let flushed = self.file.flush();
+        match self.error.or(flushed.err()) {
+            Some(e) => Err(Failure::new(format!("cannot write {}: {e}", self.path.display()))),
+            None => Ok(()),
+        }
+    }
 }
 
 fn read_base(path: &Path, context: &Context) -> Result<ManifoldMesh, Failure> {
@@ -161,7 +349,7 @@ fn read_base(path: &Path, context: &Context) -> Result<ManifoldMesh, Failure> {
     })
 }
 
-fn provenance(input: &Path, settings: &Settings, report: &ndf_train::FitReport) -> Value {
+fn provenance(input: &Path, settings: &Settings, report: &FitReport) -> Value {
     json!({
         "program": concat!("ndf ", env!("CARGO_PKG_VERSION")),
         "input": input.file_name().map(|name| name.to_string_lossy()),
@@ -175,6 +363,10 @@ fn provenance(input: &Path, settings: &Settings, report: &ndf_train::FitReport) 
             "feature_rate": settings.feature_rate,
             "lambda_p": settings.lambda_p,
             "lambda_c": settings.lambda_c,
+            "lambda_d": settings.lambda_d,
+            "lambda_n": settings.lambda_n,
+            "lambda_f": settings.lambda_f,
+            "identity_epochs": settings.identity_epochs,
             "seed": settings.seed,
         },
         "metrics": {

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf_core::ValidationReport;
-use ndf_core::io::MeshFile;
+use ndf_core::io::{MeshFile, parse_mesh};
+use ndf_core::{Model, ValidationReport};
 use serde_json::json;
 
-use super::read_mesh_file;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, grouped, readable, table};
 
@@ -23,8 +22,17 @@ pub struct Arguments {
 /// # Errors
 /// If it cannot be read.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let file = read_mesh_file(&arguments.file, context)?;
-    Ok(describe(&arguments.file.display().to_string(), &file))
+    let name = arguments.file.display().to_string();
+    let bytes =
+        std::fs::read(&arguments.file).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    if Model::is_model(&bytes) {
+        let model =
+            Model::from_bytes(&bytes).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+        return Ok(describe_model(&name, &model));
+    }
+    let file = parse_mesh(&bytes, &arguments.file)?;
+    file.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
+    Ok(describe_mesh(&name, &file))
 }
 
 /// The kind of input a mesh file holds, in the words of `--as`.
@@ -43,7 +51,7 @@ pub fn kind_of(file: &MeshFile) -> &'static str {
     }
 }
 
-fn describe(name: &str, file: &MeshFile) -> Outcome {
+fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
     let mesh = &file.mesh;
     let report = ValidationReport::of(mesh);
     let bounds = mesh.bounds();
@@ -103,6 +111,57 @@ fn describe(name: &str, file: &MeshFile) -> Outcome {
     Outcome::new(json, text)
 }
 
+fn describe_model(name: &str, model: &Model) -> Outcome {
+    let field = &model.field;
+    let base = ValidationReport::of(field.base().as_triangle_mesh());
+    let sizes = model.section_sizes();
+    let shape = field.shape();
+    let (center, scale) = (model.similarity.center(), model.similarity.scale());
+    let json = json!({
+        "kind": "model",
+        "vertices": base.vertices,
+        "faces": base.faces,
+        "components": base.components,
+        "euler_characteristic": base.euler_characteristic,
+        "boundary_edges": base.boundary_edges,
+        "features": shape.features,
+        "network_parameters": field.network().parameters().len(),
+        "center": center.to_array(),
+        "scale": scale,
+        "bytes": {
+            "base": sizes.base, "features": sizes.features, "network": sizes.network,
+            "scalars": sizes.scalars, "total": sizes.total,
+        },
+        "provenance": serde_json::from_str::<serde_json::Value>(&model.provenance).ok(),
+    });
+    let rows = [
+        ("base mesh", format!("{} vertices, {} faces", grouped(base.vertices), grouped(base.faces))),
+        ("topology", topology(&base)),
+        ("features", format!("{} a vertex", shape.features)),
+        ("network", format!("{} parameters", grouped(field.network().parameters().len()))),
+        (
+            "box",
+            format!(
+                "centre {}, 1 unit of the box is {}",
+                center.to_array().map(readable).join(" "),
+                readable(scale.recip())
+            ),
+        ),
+        (
+            "bytes",
+            format!(
+                "{} (base {}, features {}, network {}, scalars {})",
+                grouped(sizes.total),
+                grouped(sizes.base),
+                grouped(sizes.features),
+                grouped(sizes.network),
+                grouped(sizes.scalars)
+            ),
+        ),
+    ];
+    Outcome::new(json, format!("{name}: model\n{}", table(&rows)))
+}
+
 fn topology(report: &ValidationReport) -> String {
     let shape = match report.genus() {
         Some(genus) => format!("closed, genus {genus}"),
@@ -112,10 +171,14 @@ fn topology(report: &ValidationReport) -> String {
     format!("{shape}, Euler characteristic {}", report.euler_characteristic)
 }
 
-/// Everything wrong with the mesh, one line each, with what becomes of it.
+/// Everything wrong with the mesh, one line each.
 fn defects(report: &ValidationReport, volume: Option<f64>) -> Vec<String> {
     let mut all: Vec<String> =
         report.manifold_defects().split(", ").filter(|d| !d.is_empty()).map(str::to_owned).collect();
+    if report.faces == 0 && report.vertices > 0 {
+        // A point set needs none.
+        all.retain(|defect| !defect.contains("no face"));
+    }
     let mut note = |count: usize, one: &str, more: &str| match count {
         0 => {}
         1 => all.push(format!("1 {one}")),
@@ -144,7 +207,7 @@ mod tests {
     use std::path::Path;
 
     fn outcome(text: &str) -> Outcome {
-        describe("a", &parse_mesh(text.as_bytes(), Path::new("a")).unwrap())
+        describe_mesh("a", &parse_mesh(text.as_bytes(), Path::new("a")).unwrap())
     }
 
     #[test]

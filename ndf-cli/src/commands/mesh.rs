@@ -5,14 +5,14 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use ndf_core::ValidationReport;
-use ndf_core::io::write_mesh;
+use ndf_core::io::{format_to_write, write_mesh};
 use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
 use serde_json::json;
 
 use super::extract::length;
 use crate::context::Context;
 use crate::input::MeshInput;
-use crate::output::{Failure, Outcome, grouped};
+use crate::output::{Failure, Outcome, check_place, grouped};
 
 /// Arguments of `ndf mesh`.
 #[derive(Args, Debug)]
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 128, conflicts_with = "edge_length", value_parser = clap::value_parser!(u32).range(1..=2048))]
     grid: u32,
     /// Side of a cell, in the input's units, instead of their number.
-    #[arg(long, value_name = "H", value_parser = length)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
     /// Decimate to this many faces.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
@@ -50,6 +50,8 @@ enum Method {
 /// If the input encloses nothing, the grid is too fine, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     let Method::MarchingCubes = arguments.method;
+    format_to_write(&arguments.output)?;
+    check_place(&arguments.output)?;
     let name = arguments.input.display();
     let input = MeshInput::read(&arguments.input, context)?;
     let started = Instant::now();

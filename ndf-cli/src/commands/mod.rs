@@ -1,8 +1,10 @@
 //! The commands, one file each.
 
+pub mod demo;
 pub mod extract;
 pub mod fit;
 pub mod info;
+pub mod measure;
 pub mod mesh;
 pub mod render;
 pub mod sample;
@@ -18,7 +20,9 @@ use crate::output::{Failure, Outcome};
 /// What the program can be asked to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Learn a surface: a model of a few tens of kilobytes
+    /// Show the whole way from an input, or a built-in shape, to a report with pictures
+    Demo(demo::Arguments),
+    /// Learn a surface: a model of about a hundred kilobytes
     Fit(fit::Arguments),
     /// Make a mesh of a model, as fine as is asked for
     Extract(extract::Arguments),
@@ -26,6 +30,8 @@ pub enum Command {
     Info(info::Arguments),
     /// Mesh a surface directly, without learning
     Mesh(mesh::Arguments),
+    /// Tell how far a mesh is from a reference, both ways
+    Measure(measure::Arguments),
     /// Make a picture of a mesh
     Render(render::Arguments),
     /// Write a built-in shape
@@ -39,10 +45,12 @@ impl Command {
     /// With one sentence, if the work failed.
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
+            Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
+            Self::Measure(arguments) => measure::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
         }

@@ -10,7 +10,9 @@ use serde_json::json;
 use super::read_faces;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, readable};
-use crate::render::{Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render};
+use crate::render::{
+    Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, with_legend,
+};
 
 /// Arguments of `ndf render`.
 #[derive(Args, Debug)]
@@ -27,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0, requires = "scalar", value_parser = clap::value_parser!(u32).range(..=1000))]
     isolines: u32,
     /// Side it is seen from, in degrees: around the axis that points up, and above the horizon.
-    #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = pair::<f64>)]
+    #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = angles)]
     view: (f64, f64),
     /// The axis that points up.
     #[arg(long, value_enum, default_value_t)]
@@ -41,6 +43,9 @@ pub struct Arguments {
     /// Shade every face by its own normal.
     #[arg(long)]
     flat: bool,
+    /// Leave out the scale of colours beside a PNG.
+    #[arg(long, requires = "scalar")]
+    no_legend: bool,
     /// Leave the background of a PNG transparent instead of white.
     #[arg(long)]
     transparent: bool,
@@ -73,13 +78,22 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let view = View { yaw: arguments.view.0, pitch: arguments.view.1, up: arguments.up };
     let (width, height) = arguments.size;
-    let camera = Camera::framing(file.mesh.positions(), view, width, height);
     let map = values.map(ColourMap::of);
+    let legend = map.filter(|_| !is_exr && !arguments.no_legend);
+    let strip = if legend.is_some() { strip_width(width, height) } else { 0 };
+    let camera = Camera::framing(file.mesh.positions(), view, width - strip, height);
     let mut scene = Scene::new(&file.mesh);
     if let (Some(values), Some(map)) = (values, map) {
         scene = scene.painted(values, map);
     }
-    let image = render(&scene, &camera, &style, &context.progress());
+    if scene.is_empty() {
+        let failure = Failure::new(format!("{} has no face with finite corners", arguments.mesh.display()));
+        return Err(failure.try_instead("ndf info lists what is wrong with it"));
+    }
+    let mut image = render(&scene, &camera, &style, &context.progress());
+    if let Some(map) = legend {
+        image = with_legend(&image, &map, strip);
+    }
     let bytes = if is_exr {
         exr_bytes(&image, arguments.scalar.as_deref())?
     } else {
@@ -122,12 +136,21 @@ fn pair<T: std::str::FromStr>(text: &str) -> Result<(T, T), String> {
     parsed.ok_or_else(|| "two numbers with a comma between them are expected".to_owned())
 }
 
+fn angles(text: &str) -> Result<(f64, f64), String> {
+    let (yaw, pitch): (f64, f64) = pair(text)?;
+    if yaw.is_finite() && pitch.is_finite() {
+        Ok((yaw, pitch))
+    } else {
+        Err("two finite angles are expected".to_owned())
+    }
+}
+
 fn size(text: &str) -> Result<(usize, usize), String> {
     let (width, height) = pair(text)?;
     let is_sensible = |n: usize| (1..=16384).contains(&n);
-    if is_sensible(width) && is_sensible(height) && width * height <= 1 << 26 {
+    if is_sensible(width) && is_sensible(height) && width * height <= 1 << 24 {
         Ok((width, height))
     } else {
-        Err("a picture has 1 to 16384 pixels a side and at most 67 million in all".to_owned())
+        Err("a picture has 1 to 16384 pixels a side and at most 16 million in all".to_owned())
     }
 }

@@ -42,8 +42,10 @@ pub enum Kind {
 /// The built-in shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Shape {
-    /// A tube around the trefoil knot: genus 1, and no plane cuts it simply.
+    /// A rope of three strands tied into a trefoil knot: genus 1, with fine grooves.
     #[default]
+    Rope,
+    /// A tube around the trefoil knot.
     Trefoil,
     /// A torus.
     Torus,
@@ -54,9 +56,10 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The shape as a closed mesh, oriented outward, of 12 to 29 thousand faces.
+    /// The shape as a closed mesh, oriented outward, of 12 to 96 thousand faces.
     pub fn mesh(self) -> TriangleMesh {
         match self {
+            Self::Rope => shapes::rope_knot(800, 60, 0.24),
             Self::Trefoil => shapes::trefoil_knot(400, 36, 0.24),
             Self::Torus => shapes::torus(160, 80, 1.0, 0.4),
             Self::Sphere => shapes::icosphere(5),

@@ -56,7 +56,7 @@ impl ScreenFrame {
 }
 
 /// Share of a pixel at `distance` from the middle of a line; 0 for NaN.
-fn coverage(distance: f64, half_width: f64) -> f32 {
+pub(super) fn coverage(distance: f64, half_width: f64) -> f32 {
     let share = (half_width + 0.5 - distance).clamp(0.0, 1.0);
     if share.is_nan() { 0.0 } else { share as f32 }
 }

@@ -9,6 +9,7 @@
 mod camera;
 mod colour_map;
 mod export;
+mod legend;
 mod lighting;
 mod lines;
 mod normals;
@@ -17,6 +18,7 @@ mod shading;
 pub use camera::{Camera, Up, View};
 pub use colour_map::{ColourMap, Legend};
 pub use export::{exr_bytes, png_bytes};
+pub use legend::{strip_width, with_legend};
 
 use ndf_core::{DVec3, Progress, RayHit, TriangleMesh, TriangleTree};
 use rayon::prelude::*;
@@ -54,6 +56,11 @@ impl<'a> Scene<'a> {
     pub fn painted(self, values: &'a [f32], map: ColourMap) -> Self {
         assert_eq!(values.len(), self.mesh.vertex_count());
         Self { scalar: Some((values, map)), ..self }
+    }
+
+    /// Whether there is nothing to be seen: no face has finite corners.
+    pub fn is_empty(&self) -> bool {
+        self.tree.is_empty()
     }
 
     /// Values at the corners of a face.

@@ -9,8 +9,8 @@ use super::{Camera, Scene, Style, Surfel};
 /// Faces seen from inside, linear: whoever sees this colour on a closed mesh sees a wrong orientation.
 const BACK: [f32; 3] = [0.55, 0.13, 0.09];
 
-/// Lines drawn on the surface, linear.
-const INK: [f32; 3] = [0.012, 0.014, 0.02];
+/// Lines on the surface and writing, linear.
+pub(super) const INK: [f32; 3] = [0.012, 0.014, 0.02];
 
 const KEY: [f32; 3] = [1.02, 0.98, 0.91];
 const FILL: [f32; 3] = [0.17, 0.20, 0.25];

@@ -145,7 +145,7 @@ impl WithSimd for Tangents<'_> {
                 let rows = self.activations.input_mut().chunks_exact(stride);
                 let tangent_rows = self.tangent.input_mut().chunks_exact_mut(stride);
                 for (point, (row, tangent)) in points.iter().zip(rows.zip(tangent_rows)) {
-                    self.encoding.encode_tangent(point.face, to, row, tangent);
+                    self.encoding.encode_tangent(point.face, along_edge, row, tangent);
                 }
                 forward_tangent(simd, &self.field.packed, self.activations, self.tangent);
                 for (row, (point, mapped)) in points.iter().zip(mapped.iter_mut()).enumerate() {

@@ -20,7 +20,7 @@ use crate::network::{Mlp, MlpShape, Packed, encoding};
 use crate::{DVec3, ManifoldMesh};
 
 /// The sizes of a field's parts.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct FieldShape {
     /// Features per base vertex: d of the method.
     pub features: usize,

@@ -37,20 +37,22 @@ impl SampleEncoding<'_> {
         x
     }
 
-    /// Writes the derivative of the encoding along the edge of `face` from corner 0 to corner `to`; `row` is
-    /// the encoding of the point. The same at every point of the face, but for the positional encoding.
+    /// Writes the derivative of the encoding in a direction within `face`, given as the derivative of the barycentric
+    /// coordinates (its entries sum to 0); `row` is the encoding of the point. The same at every point of the face,
+    /// but for the positional encoding.
     #[inline(always)]
-    pub fn encode_tangent(&self, face: u32, to: usize, row: &[f32], tangent: &mut [f32]) {
+    pub fn encode_tangent(&self, face: u32, direction: [f32; 3], row: &[f32], tangent: &mut [f32]) {
         let corners = self.faces[face as usize];
-        let (a, b) = (corners[0] as usize, corners[to] as usize);
         let d = self.dimension;
         let (dz, rest) = tangent.split_at_mut(d);
-        let (from, to) = (&self.features[a * d..][..d], &self.features[b * d..][..d]);
-        for (dz, (f, t)) in dz.iter_mut().zip(from.iter().zip(to)) {
-            *dz = t - f;
+        dz.fill(0.0);
+        let mut dx = [0.0; 3];
+        for (&v, b) in corners.iter().zip(direction) {
+            let features = &self.features[v as usize * d..][..d];
+            dz.iter_mut().zip(features).for_each(|(z, f)| *z += b * f);
+            let p = self.positions[v as usize];
+            dx = [dx[0] + b * p[0], dx[1] + b * p[1], dx[2] + b * p[2]];
         }
-        let (p, q) = (self.positions[a], self.positions[b]);
-        let dx = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
         rest[..3].copy_from_slice(&dx);
         encoding::encode_tangent(&row[d + 3..], dx, self.octaves, &mut rest[3..]);
     }

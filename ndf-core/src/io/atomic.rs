@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Writes a file beside `path` and renames it to `path` when it is complete. If `write` fails or the program
-/// is stopped, what `path` held before is still there.
+/// is stopped, what `path` held before is still there. A link is followed; what is no file (a pipe, a device)
+/// is written as it comes.
 ///
 /// # Errors
 /// What `write` or the system says; nothing is left behind then.
@@ -23,8 +24,14 @@ pub fn atomic_write(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let path = path.as_ref();
-    let temporary = Temporary(beside(path)?);
+    // A path that does not exist yet cannot be resolved, and need not be.
+    let path = path.as_ref().canonicalize().unwrap_or_else(|_| path.as_ref().to_owned());
+    if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let mut out = BufWriter::new(File::options().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
+    let temporary = Temporary(beside(&path)?);
     let mut out = BufWriter::new(File::create_new(&temporary.0)?);
     write(&mut out)?;
     out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
@@ -51,5 +58,25 @@ struct Temporary(PathBuf);
 impl Drop for Temporary {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_are_followed_and_devices_kept() {
+        let folder = std::env::temp_dir().join(format!("ndf-atomic-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let (file, link) = (folder.join("file"), folder.join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        atomic_write(&link, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(link.symlink_metadata().unwrap().is_symlink());
+        fs::remove_dir_all(folder).unwrap();
+        atomic_write("/dev/null", |out| out.write_all(b"nothing")).unwrap();
+        assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
     }
 }

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use crate::TriangleMesh;
 
 pub use atomic::atomic_write;
-pub use write::{WriteError, write_mesh};
+pub use write::{WriteError, format_to_write, write_mesh};
 
 /// The mesh file formats known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

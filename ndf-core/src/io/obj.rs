@@ -14,10 +14,12 @@ use super::text::{beginning, is_binary, numbered_lines};
 use super::{Content, Parsed};
 use crate::TriangleMesh;
 
+/// First words of the lines of OBJ files.
+const KEYWORDS: [&str; 10] = ["v", "vn", "vt", "f", "l", "o", "g", "s", "mtllib", "usemtl"];
+
 /// Whether a file looks like OBJ: text in which a line begins as OBJ lines do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
-    let known = ["v", "vn", "vt", "f", "l", "o", "g", "s", "mtllib", "usemtl"];
-    let begins = |line: &str| line.split_whitespace().next().is_some_and(|word| known.contains(&word));
+    let begins = |line: &str| line.split_whitespace().next().is_some_and(|word| KEYWORDS.contains(&word));
     !is_binary(bytes) && numbered_lines(&beginning(bytes)).any(|(_, line)| begins(line))
 }
 
@@ -25,6 +27,9 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let text = String::from_utf8_lossy(bytes);
     let vertices = statements(&text).filter(|s| s.keyword() == "v").count();
+    if vertices == 0 {
+        refuse_prose(&text)?;
+    }
     let mut stream = PositionsAndFaces::new(&text, vertices);
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let loaded = tobj::load_obj_buf(&mut stream, &tobj::LoadOptions::default(), no_materials);
@@ -50,6 +55,18 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         notes.push(too_small(stream.too_small));
     }
     Ok(Content { mesh, scalars, notes })
+}
+
+/// A file without vertices is an empty mesh only if it says nothing else.
+fn refuse_prose(text: &str) -> Result<(), String> {
+    let is_foreign = |s: &Statement<'_>| {
+        let keyword = s.keyword();
+        !keyword.is_empty() && !keyword.starts_with('#') && !KEYWORDS.contains(&keyword)
+    };
+    match statements(text).find(is_foreign) {
+        Some(s) => Err(format!("it has no vertex, and line {} is no OBJ statement", s.line)),
+        None => Ok(()),
+    }
 }
 
 /// Writes positions (shortest decimals that read back the same) and faces.

@@ -189,6 +189,9 @@ fn empty_meshes_are_meshes_and_empty_files_are_not() {
     assert_eq!(read("a", header.as_bytes()).mesh, TriangleMesh::default());
     assert!(refusal("a.obj", b"").ends_with("it is empty; OBJ, PLY, STL and OFF can be read"));
     assert!(refusal("a.txt", b"Dear reader,\n").contains("a.txt is not a mesh file"));
+    assert!(
+        refusal("a.obj", b"# a letter\nDear reader,\n").contains("no vertex, and line 2 is no OBJ statement")
+    );
     assert!(refusal("a.obj", b"\0\x01\x02").contains("no known format"));
     assert!(matches!(read_mesh("/nowhere/a.obj"), Err(ReadError::Io { .. })));
 }

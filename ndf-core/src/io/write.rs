@@ -40,6 +40,17 @@ pub enum WriteError {
     },
 }
 
+/// The format in which a mesh will be written to `path`: `.ply`, `.obj` or `.stl`, in either case.
+///
+/// # Errors
+/// If the extension is none of these.
+pub fn format_to_write(path: &Path) -> Result<MeshFormat, WriteError> {
+    match format_of_extension(path) {
+        Some(format) if format != MeshFormat::Off => Ok(format),
+        _ => Err(WriteError::UnknownExtension { path: path.to_owned() }),
+    }
+}
+
 /// Writes a mesh in the format its extension names: `.ply` (binary little-endian, float positions, the
 /// scalars as float properties of the vertices), `.obj` (decimals that read back the same) or `.stl` (binary,
 /// float). OBJ and STL have no place for scalars; they are left out. The file appears only when it is
@@ -63,10 +74,7 @@ pub fn write_mesh(
             return Err(WriteError::ScalarName { name: name.clone() });
         }
     }
-    let format = match format_of_extension(path) {
-        Some(format) if format != MeshFormat::Off => format,
-        _ => return Err(WriteError::UnknownExtension { path: path.to_owned() }),
-    };
+    let format = format_to_write(path)?;
     atomic_write(path, |out| match format {
         MeshFormat::Ply => ply::write(out, mesh, scalars),
         MeshFormat::Stl => stl::write(out, mesh),

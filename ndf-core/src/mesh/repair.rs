@@ -18,6 +18,8 @@ pub struct Mended {
     pub mesh: ManifoldMesh,
     /// What was changed, a sentence each; empty if nothing.
     pub notes: Vec<String>,
+    /// The share of the whole area that the largest component has.
+    pub kept_area: f64,
 }
 
 /// Mends what can be mended without inventing geometry, and keeps the largest component: unusable faces and
@@ -59,7 +61,8 @@ pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
         let rest = turned.face_count() - largest.face_count();
         notes.push(format!("only the largest of {components} components is used; {rest} faces left out"));
     }
-    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes })
+    let kept_area = if components > 1 { largest.area() / turned.area() } else { 1.0 };
+    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes, kept_area })
 }
 
 /// The mesh with coinciding, or else nearly coinciding, vertices merged, if that leaves fewer boundary edges and
@@ -84,7 +87,7 @@ fn closed_by_welding(mesh: TriangleMesh, notes: &mut Vec<String>) -> TriangleMes
 
 /// Merges vertices no further apart than `tolerance` (0: exactly equal positions) into the first of them.
 /// Faces that collapse stay, naming a vertex twice; see [`without_unusable_faces`]. Chains of close vertices
-/// are merged only with vertices close to the first. O(n).
+/// are merged only with vertices close to the first. A vertex that is not finite is close to none. O(n).
 pub fn welded(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
     // Kept vertices by grid cell; the map is only looked into, never iterated.
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
@@ -115,7 +118,9 @@ pub fn welded(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
             near.unwrap_or_else(|| {
                 let v = kept.len() as u32;
                 kept.push(p);
-                cells.entry(cell).or_default().push(v);
+                if p.is_finite() {
+                    cells.entry(cell).or_default().push(v);
+                }
                 v
             })
         })
@@ -346,6 +351,16 @@ mod tests {
         let near = welded(&noisy, 1e-7);
         assert_eq!(near.vertex_count(), mesh.vertex_count());
         assert!(ManifoldMesh::try_from(near).is_ok());
+    }
+
+    #[test]
+    fn vertices_that_are_not_finite_stay_apart_in_linear_time() {
+        // Were they gathered in one cell, these would be compared with each other: tens of seconds.
+        let positions = vec![DVec3::NAN; 200_000];
+        let mesh = TriangleMesh::from_parts(positions, Vec::new());
+        for tolerance in [0.0, 1e-3] {
+            assert_eq!(welded(&mesh, tolerance).vertex_count(), mesh.vertex_count());
+        }
     }
 
     #[test]

@@ -78,6 +78,18 @@ pub fn torus(major: u32, minor: u32, ring: f64, tube: f64) -> TriangleMesh {
 
 /// A closed tube of radius `tube` around the (2, 3) torus knot; `along` × `around` quads split in two.
 pub fn trefoil_knot(along: u32, around: u32, tube: f64) -> TriangleMesh {
+    tube_around_trefoil(along, around, 0.0, |_| tube)
+}
+
+/// A rope of three strands tied into the (2, 3) torus knot; largest radius `tube`, `along` × `around` quads split in
+/// two. The strands go round sixteen times, and the quads with them.
+pub fn rope_knot(along: u32, around: u32, tube: f64) -> TriangleMesh {
+    tube_around_trefoil(along, around, 16.0, |v| tube * (1.0 - 0.3 * (1.5 * TAU * v).cos().powi(6)))
+}
+
+/// A closed tube around the (2, 3) torus knot that turns `turns` times around itself. Its radius depends on the
+/// place around it, in [0, 1).
+fn tube_around_trefoil(along: u32, around: u32, turns: f64, radius: impl Fn(f64) -> f64) -> TriangleMesh {
     let curve = |t: f64| {
         let (a, b) = (2.0 * TAU * t, 3.0 * TAU * t);
         let r = 1.0 + 0.45 * b.cos();
@@ -90,8 +102,8 @@ pub fn trefoil_knot(along: u32, around: u32, tube: f64) -> TriangleMesh {
         let core = DVec3::new(curve(u).x, curve(u).y, 0.0).normalize_or_zero();
         let side = tangent.cross(curve(u) - core).normalize();
         let up = side.cross(tangent);
-        let b = TAU * v;
-        curve(u) + tube * (side * b.cos() + up * b.sin())
+        let b = TAU * (v + turns * u);
+        curve(u) + radius(v) * (side * b.cos() + up * b.sin())
     })
 }
 
@@ -172,7 +184,13 @@ mod tests {
 
     #[test]
     fn closed_shapes_are_oriented_outward() {
-        for mesh in [icosphere(2), torus(20, 10, 1.0, 0.3), cube(3), trefoil_knot(200, 16, 0.2)] {
+        for mesh in [
+            icosphere(2),
+            torus(20, 10, 1.0, 0.3),
+            cube(3),
+            trefoil_knot(200, 16, 0.2),
+            rope_knot(300, 30, 0.2),
+        ] {
             assert!(mesh.signed_volume() > 0.0);
             assert!(ManifoldMesh::try_from(mesh).is_ok());
         }

@@ -126,7 +126,7 @@ impl ValidationReport {
         );
         let d = self.nonmanifold_edges;
         let many = self.most_faces_at_an_edge;
-        let (one, more) = (format!("edge with {many} faces"), format!("edges with three to {many} faces"));
+        let (one, more) = (format!("edge with {many} faces"), format!("edges with 3 to {many} faces"));
         let more = if many == 3 { "edges with three faces" } else { &more };
         say(d, &one, more, if d.count == 1 { "at vertex" } else { "first: at vertex" });
         let d = self.nonmanifold_vertices;

@@ -198,8 +198,11 @@ impl Model {
     }
 }
 
-/// Tags and payloads of all sections, checksums verified.
-fn split(bytes: &[u8]) -> Result<Vec<([u8; 4], &[u8])>, ModelError> {
+/// Tag and payload.
+type Section<'a> = ([u8; 4], &'a [u8]);
+
+/// All sections, checksums verified.
+fn split(bytes: &[u8]) -> Result<Vec<Section<'_>>, ModelError> {
     const ENTRY: usize = 16;
     let word = |at: usize| -> Option<u32> { bytes.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b)) };
     if !Model::is_model(bytes) {

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::kernels::{add_row_sums, add_transposed_product, product};
+use super::kernels::{Finish, add_row_sums, add_transposed_product, product};
 use super::{Activations, BLOCK, Packed, padded};
 
 /// Gradients by all parameters of a network, in the layout of the kernels, and room for the deltas of a
@@ -81,24 +81,51 @@ pub fn backward<S: Simd>(
     gradients: &mut Gradients,
     input: InputGradient,
 ) {
+    reverse(simd, packed, activations, activations, gradients, input);
+    for (delta, biases) in gradients.deltas[1..].iter().zip(&mut gradients.biases) {
+        add_row_sums(simd, delta, biases);
+    }
+}
+
+/// Carries the derivative by an output tangent, which lies in `gradients`, back through the tangent map of the network
+/// at `activations`; `tangent` is what [`forward_tangent`](super::forward_tangent) has filled. A tangent does not
+/// depend on biases, and on the values only through the signs of the ReLUs, hence not at all between kinks.
+#[inline(always)]
+pub fn backward_tangent<S: Simd>(
+    simd: S,
+    packed: &Packed,
+    activations: &Activations,
+    tangent: &Activations,
+    gradients: &mut Gradients,
+    input: InputGradient,
+) {
+    reverse(simd, packed, activations, tangent, gradients, input);
+}
+
+/// The way back through a chain of matrices and masks: `levels` are what was multiplied on the way forward, `signs`
+/// hold the masks.
+#[inline(always)]
+fn reverse<S: Simd>(
+    simd: S,
+    packed: &Packed,
+    signs: &Activations,
+    levels: &Activations,
+    gradients: &mut Gradients,
+    input: InputGradient,
+) {
     for (l, layer) in packed.layers().iter().enumerate().rev() {
         let (before, after) = gradients.deltas.split_at_mut(l + 1);
         let (delta_in, delta_out) = (&mut before[l], &after[0]);
         let (in_width, out_width) = (padded(layer.inputs), padded(layer.outputs));
-        let level = &activations.levels[l];
+        let level = &levels.levels[l];
         let weights = &mut gradients.weights[l];
         add_transposed_product(simd, delta_out, out_width, layer.outputs, level, in_width, weights);
-        add_row_sums(delta_out, &mut gradients.biases[l]);
         if l == 0 && input == InputGradient::Unwanted {
             break;
         }
-        product(simd, delta_out, out_width, layer.outputs, &layer.by_output, in_width, &[], delta_in);
-        if l > 0 {
-            debug_assert_eq!(level.len(), BLOCK * in_width);
-            for (d, &h) in delta_in.iter_mut().zip(level) {
-                *d = if h > 0.0 { *d } else { 0.0 };
-            }
-        }
+        debug_assert_eq!(level.len(), BLOCK * in_width);
+        let finish = if l > 0 { Finish::Where(&signs.levels[l]) } else { Finish::Plain };
+        product(simd, delta_out, out_width, layer.outputs, &layer.by_output, in_width, &[], finish, delta_in);
     }
 }
 

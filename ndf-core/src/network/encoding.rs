@@ -11,8 +11,9 @@ pub fn sin_cos_pi(t: f32) -> (f32, f32) {
     let r = t - 0.5 * quarter; // in [-1/4, 1/4]
     let r2 = r * r;
     // Taylor coefficients of sin(πr) and cos(πr); the first term left out is below 1e-8 on [-1/4, 1/4].
-    let s =
-        r * (3.141_592_7 + r2 * (-5.167_713 + r2 * (2.550_164 + r2 * (-0.599_264_5 + r2 * 0.082_145_89))));
+    let s = r
+        * (std::f32::consts::PI
+            + r2 * (-5.167_713 + r2 * (2.550_164 + r2 * (-0.599_264_5 + r2 * 0.082_145_89))));
     let c = 1.0
         + r2 * (-4.934_802
             + r2 * (4.058_712 + r2 * (-1.335_262_8 + r2 * (0.235_330_63 - r2 * 0.025_806_89))));
@@ -30,29 +31,40 @@ pub const fn width(octaves: usize) -> usize {
     6 * octaves
 }
 
-/// Writes the encoding of `x`: for every octave three sines, then three cosines.
+/// Writes the encoding of `x`: the sines of all octaves, three an octave, then their cosines.
 #[inline(always)]
 pub fn encode(x: [f32; 3], octaves: usize, row: &mut [f32]) {
+    let (sines, cosines) = row[..width(octaves)].split_at_mut(3 * octaves);
     let mut frequency = 1.0;
-    for octave in row[..width(octaves)].chunks_exact_mut(6) {
+    for angles in sines.chunks_exact_mut(3) {
         for c in 0..3 {
-            let (sin, cos) = sin_cos_pi(frequency * x[c]);
-            octave[c] = sin;
-            octave[3 + c] = cos;
+            angles[c] = frequency * x[c];
         }
         frequency *= 2.0;
+    }
+    // In blocks of constant size, which become whole vectors.
+    let (sine_blocks, sine_rest) = sines.as_chunks_mut::<8>();
+    let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<8>();
+    for (sines, cosines) in sine_blocks.iter_mut().zip(cosine_blocks) {
+        for k in 0..8 {
+            (sines[k], cosines[k]) = sin_cos_pi(sines[k]);
+        }
+    }
+    for (sine, cosine) in sine_rest.iter_mut().zip(cosine_rest) {
+        (*sine, *cosine) = sin_cos_pi(*sine);
     }
 }
 
 /// The derivative of the encoding, whose values are in `row`, in the direction `dx`.
 #[inline(always)]
 pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [f32]) {
+    let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
+    let (dsines, dcosines) = tangent[..width(octaves)].split_at_mut(3 * octaves);
     let mut frequency = std::f32::consts::PI;
-    let rows = row[..width(octaves)].chunks_exact(6).zip(tangent[..width(octaves)].chunks_exact_mut(6));
-    for (octave, tangent) in rows {
+    for k in (0..3 * octaves).step_by(3) {
         for c in 0..3 {
-            tangent[c] = frequency * octave[3 + c] * dx[c];
-            tangent[3 + c] = -frequency * octave[c] * dx[c];
+            dsines[k + c] = frequency * cosines[k + c] * dx[c];
+            dcosines[k + c] = -frequency * sines[k + c] * dx[c];
         }
         frequency *= 2.0;
     }
@@ -61,12 +73,13 @@ pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [
 /// The gradient by `x` of a function whose gradient by the encoding is `gradient`.
 #[inline(always)]
 pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3] {
+    let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
+    let (by_sines, by_cosines) = gradient[..width(octaves)].split_at(3 * octaves);
     let mut frequency = std::f32::consts::PI;
     let mut dx = [0.0; 3];
-    let rows = row[..width(octaves)].chunks_exact(6).zip(gradient[..width(octaves)].chunks_exact(6));
-    for (octave, gradient) in rows {
+    for k in (0..3 * octaves).step_by(3) {
         for c in 0..3 {
-            dx[c] += frequency * (octave[3 + c] * gradient[c] - octave[c] * gradient[3 + c]);
+            dx[c] += frequency * (cosines[k + c] * by_sines[k + c] - sines[k + c] * by_cosines[k + c]);
         }
         frequency *= 2.0;
     }

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::kernels::product;
+use super::kernels::{Finish, product};
 use super::{BLOCK, Mlp, padded};
 
 /// The parameters of an [`Mlp`] in the layout of the kernels. To be refilled with [`pack`](Self::pack) after
@@ -118,12 +118,9 @@ pub fn forward<S: Simd>(simd: S, packed: &Packed, activations: &mut Activations)
         let (before, after) = activations.levels.split_at_mut(l + 1);
         let (input, output) = (&before[l], &mut after[0]);
         let width = padded(layer.outputs);
-        product(simd, input, padded(layer.inputs), layer.inputs, &layer.by_input, width, &layer.bias, output);
-        if l < last {
-            for h in output.iter_mut() {
-                *h = h.max(0.0);
-            }
-        }
+        let finish = if l < last { Finish::Relu } else { Finish::Plain };
+        let stride = padded(layer.inputs);
+        product(simd, input, stride, layer.inputs, &layer.by_input, width, &layer.bias, finish, output);
     }
 }
 
@@ -141,11 +138,8 @@ pub fn forward_tangent<S: Simd>(
         let (before, after) = tangent.levels.split_at_mut(l + 1);
         let (input, output) = (&before[l], &mut after[0]);
         let width = padded(layer.outputs);
-        product(simd, input, padded(layer.inputs), layer.inputs, &layer.by_input, width, &[], output);
-        if l < last {
-            for (t, &h) in output.iter_mut().zip(&activations.levels[l + 1]) {
-                *t = if h > 0.0 { *t } else { 0.0 };
-            }
-        }
+        let finish = if l < last { Finish::Where(&activations.levels[l + 1]) } else { Finish::Plain };
+        let stride = padded(layer.inputs);
+        product(simd, input, stride, layer.inputs, &layer.by_input, width, &[], finish, output);
     }
 }

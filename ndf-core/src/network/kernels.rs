@@ -3,6 +3,12 @@
 //! All matrices are row-major, rows padded to [`LANES`](super::LANES). A tile of the result, a few rows by
 //! one or two vectors, is held in registers while the sum runs; one factor is broadcast, the other loaded.
 
+#![allow(
+    clippy::too_many_arguments,
+    clippy::manual_memcpy,
+    reason = "kernels take matrices as slices and strides; loops over tiles of constant size unroll when indexed"
+)]
+
 use pulp::Simd;
 
 /// Rows of a tile on machines with 32 vector registers (AVX-512, NEON); the others take half as many. Numbers
@@ -25,6 +31,17 @@ fn store<S: Simd, const V: usize>(_simd: S, row: &mut [f32], values: [S::f32s; V
     vectors[..V].copy_from_slice(&values);
 }
 
+/// What happens to a product before it is stored.
+#[derive(Clone, Copy, Debug)]
+pub enum Finish<'a> {
+    /// Nothing.
+    Plain,
+    /// Negative entries become 0.
+    Relu,
+    /// Entries become 0 where those of this matrix, as large as the product, are not positive.
+    Where(&'a [f32]),
+}
+
 /// `C = bias + A B`: the affine map of a layer. `A` is `rows × inner` with stride `a_stride`, `B` is
 /// `inner × width`, `C` is `rows × width`; `bias` has `width` entries or is empty for zero.
 #[inline(always)]
@@ -36,12 +53,13 @@ pub fn product<S: Simd>(
     b: &[f32],
     width: usize,
     bias: &[f32],
+    finish: Finish<'_>,
     c: &mut [f32],
 ) {
     if S::REGISTER_COUNT >= 32 {
-        product_rows::<S, TILE_ROWS>(simd, a, a_stride, inner, b, width, bias, c);
+        product_rows::<S, TILE_ROWS>(simd, a, a_stride, inner, b, width, bias, finish, c);
     } else {
-        product_rows::<S, { TILE_ROWS / 2 }>(simd, a, a_stride, inner, b, width, bias, c);
+        product_rows::<S, { TILE_ROWS / 2 }>(simd, a, a_stride, inner, b, width, bias, finish, c);
     }
 }
 
@@ -54,17 +72,23 @@ fn product_rows<S: Simd, const R: usize>(
     b: &[f32],
     width: usize,
     bias: &[f32],
+    finish: Finish<'_>,
     c: &mut [f32],
 ) {
     debug_assert!(width.is_multiple_of(S::F32_LANES));
-    for (a, c) in a.chunks_exact(R * a_stride).zip(c.chunks_exact_mut(R * width)) {
+    let blocks = a.chunks_exact(R * a_stride).zip(c.chunks_exact_mut(R * width));
+    for (block, (a, c)) in blocks.enumerate() {
+        let finish = match finish {
+            Finish::Where(signs) => Finish::Where(&signs[block * R * width..][..R * width]),
+            other => other,
+        };
         let mut column = 0;
         while column < width {
             if width - column >= 2 * S::F32_LANES {
-                product_tile::<S, R, 2>(simd, a, a_stride, inner, b, width, column, bias, c);
+                product_tile::<S, R, 2>(simd, a, a_stride, inner, b, width, column, bias, finish, c);
                 column += 2 * S::F32_LANES;
             } else {
-                product_tile::<S, R, 1>(simd, a, a_stride, inner, b, width, column, bias, c);
+                product_tile::<S, R, 1>(simd, a, a_stride, inner, b, width, column, bias, finish, c);
                 column += S::F32_LANES;
             }
         }
@@ -81,6 +105,7 @@ fn product_tile<S: Simd, const R: usize, const V: usize>(
     width: usize,
     column: usize,
     bias: &[f32],
+    finish: Finish<'_>,
     c: &mut [f32],
 ) {
     let start = if bias.is_empty() { [simd.splat_f32s(0.0); V] } else { load(simd, &bias[column..]) };
@@ -98,7 +123,23 @@ fn product_tile<S: Simd, const R: usize, const V: usize>(
             }
         }
     }
+    let zero = simd.splat_f32s(0.0);
     for r in 0..R {
+        match finish {
+            Finish::Plain => {}
+            Finish::Relu => {
+                for v in 0..V {
+                    sums[r][v] = simd.max_f32s(sums[r][v], zero);
+                }
+            }
+            Finish::Where(signs) => {
+                let signs: [S::f32s; V] = load(simd, &signs[r * width + column..]);
+                for v in 0..V {
+                    let is_positive = simd.greater_than_f32s(signs[v], zero);
+                    sums[r][v] = simd.select_f32s(is_positive, sums[r][v], zero);
+                }
+            }
+        }
         store(simd, &mut c[r * width + column..], sums[r]);
     }
 }
@@ -186,11 +227,15 @@ fn transposed_tile<S: Simd, const R: usize, const V: usize>(
 
 /// Adds the sum of the rows of `a` (each `sums.len()` wide) to `sums`: the gradient of a layer's biases.
 #[inline(always)]
-pub fn add_row_sums(a: &[f32], sums: &mut [f32]) {
-    for row in a.chunks_exact(sums.len()) {
-        for (sum, x) in sums.iter_mut().zip(row) {
-            *sum += x;
+pub fn add_row_sums<S: Simd>(simd: S, a: &[f32], sums: &mut [f32]) {
+    let width = sums.len();
+    for column in (0..width).step_by(S::F32_LANES) {
+        let [mut sum]: [S::f32s; 1] = load(simd, &sums[column..]);
+        for row in a.chunks_exact(width) {
+            let [x]: [S::f32s; 1] = load(simd, &row[column..]);
+            sum = simd.add_f32s(sum, x);
         }
+        store(simd, &mut sums[column..], [sum]);
     }
 }
 
@@ -218,7 +263,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             let Self { a, b, bias, c, d, inner, width, rows } = self;
-            product(simd, a, inner, inner, b, width, bias, c);
+            product(simd, a, inner, inner, b, width, bias, Finish::Plain, c);
             // Aᵀ (rows × inner → inner × width) of the product just made.
             add_transposed_product(simd, &a[..rows * inner], inner, inner, c, width, d);
         }

@@ -13,7 +13,7 @@ pub mod forward;
 pub mod kernels;
 mod mlp;
 
-pub use backward::{Gradients, backward};
+pub use backward::{Gradients, backward, backward_tangent};
 pub use forward::{Activations, Packed, forward, forward_tangent};
 pub use mlp::{Mlp, MlpShape};
 

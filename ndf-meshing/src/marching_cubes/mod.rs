@@ -1,7 +1,7 @@
 //! The isosurface of a scalar field as a mesh that is manifold by construction.
 //!
 //! Marching cubes (Lorensen and Cline 1987) with the ambiguous faces resolved by the asymptotic decider
-//! (Nielson and Hamann 1991) and [generated tables](cases), so that the result is an oriented manifold for any
+//! (Nielson and Hamann 1991) and generated tables, so that the result is an oriented manifold for any
 //! values at the corners: closed inside the grid, with boundary only where the surface leaves it.
 
 mod active;

@@ -2,12 +2,15 @@
 //!
 //! A mesh whose vertices lie on the surface is not the closest one: its faces cut the curved parts off. Here
 //! the vertices go where the squared distances of the faces' sample points from the tangent planes at their
-//! feet add up to the least (point to plane; Chen and Medioni 1992).
+//! feet add up to the least (point to plane; Chen and Medioni 1992). Points of the surface take part with
+//! their feet on the mesh: without them nothing would hold the mesh at the tips of thin parts.
 
 use ndf_core::projection::projected;
-use ndf_core::{DVec3, Foot, Query, Surface};
+use ndf_core::triangle_tree::TriangleTree;
+use ndf_core::{DVec3, Hint, Query, Surface};
+use rayon::prelude::*;
 
-use super::quality_around;
+use super::{SurfacePointNormal, Target, quality_around};
 use crate::halfedge_mesh::HalfedgeMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::cross;
@@ -33,90 +36,150 @@ const SWEEPS: usize = 6;
 const SOFTNESS: f64 = 0.01;
 /// A fit makes no face worse than this, unless it was.
 const LEAST_QUALITY: f64 = 0.3;
+/// Matches of both meshes, each followed by sweeps.
+const FITS: usize = 2;
+/// Points with a smaller share in a vertex do not move it.
+const LEAST_SHARE: f64 = 1e-3;
 /// Feet on a part of the surface that faces elsewhere are of no use.
 const LEAST_COSINE: f64 = 0.3;
 
-/// Feet of the sample points of all faces.
-pub(super) struct Feet {
-    /// Foot and area weight of every sample, six a face.
-    feet: Vec<(Option<Foot>, f64)>,
-    distance: f64,
+/// A point of a face and the plane it should be on.
+#[derive(Clone, Copy)]
+struct Pull {
+    face: u32,
+    barycentric: [f64; 3],
+    weight: f64,
+    /// Point and normal of the surface.
+    foot: DVec3,
+    normal: DVec3,
 }
 
-impl Feet {
-    pub(super) fn of(mesh: &HalfedgeMesh, surface: &dyn Surface) -> Self {
-        let faces = 0..mesh.halfedge_count() as u32 / 3;
-        let mut queries = Vec::with_capacity(6 * faces.len());
-        let mut weights = Vec::with_capacity(6 * faces.len());
-        for face in faces {
-            let corners = mesh.corners(3 * face).map(|v| mesh.position(v));
-            let cross = cross(corners);
-            for (barycentric, weight) in RULE {
-                queries.push(Query { normal: cross.try_normalize(), ..Query::at(at(corners, barycentric)) });
-                weights.push(weight * 0.5 * cross.length());
-            }
-        }
-        let found = projected(surface, &queries);
-        let (mut sum, mut total) = (0.0, 0.0);
-        let mut feet = Vec::with_capacity(found.len());
-        for ((query, foot), weight) in queries.iter().zip(found).zip(weights) {
-            if let Ok(foot) = foot {
-                sum += weight * foot.point.distance_squared(query.point);
-                total += weight;
-            }
-            let faces_alike = |f: &Foot| query.normal.is_some_and(|n| n.dot(f.normal) > LEAST_COSINE);
-            feet.push((foot.ok().filter(faces_alike), weight));
-        }
-        let distance = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
-        Self { feet, distance }
+/// Sample points of a mesh with their feet on the surface, and points of the surface with theirs on the mesh.
+pub(super) struct Match {
+    /// By face.
+    pulls: Vec<Pull>,
+    /// Where the pulls of each face begin.
+    starts: Vec<usize>,
+    /// Root-mean-square distance of all pairs.
+    pub(super) distance: f64,
+}
+
+impl Match {
+    pub(super) fn of(mesh: &HalfedgeMesh, target: &Target<'_>) -> Self {
+        let (mut pulls, onto) = feet_of_samples(mesh, target.surface);
+        let (back, from) = feet_of_points(mesh, target.points);
+        pulls.extend(back);
+        // Stable: those of a face keep their order.
+        pulls.sort_by_key(|pull| pull.face);
+        let faces = mesh.halfedge_count() as u32 / 3;
+        let starts = (0..=faces).map(|f| pulls.partition_point(|pull| pull.face < f)).collect();
+        let squares = [Some(onto), from].into_iter().flatten();
+        let mean = squares.clone().sum::<f64>() / squares.count() as f64;
+        Self { pulls, starts, distance: mean.sqrt() }
     }
 
-    /// Root-mean-square distance of the samples from their feet.
-    pub(super) fn distance(&self) -> f64 {
-        self.distance
+    fn of_face(&self, face: u32) -> &[Pull] {
+        &self.pulls[self.starts[face as usize]..self.starts[face as usize + 1]]
     }
+}
+
+/// Six points of every face pulled to their feet on the surface, and their mean squared distance.
+fn feet_of_samples(mesh: &HalfedgeMesh, surface: &dyn Surface) -> (Vec<Pull>, f64) {
+    let faces = 0..mesh.halfedge_count() as u32 / 3;
+    let mut queries = Vec::with_capacity(6 * faces.len());
+    let mut samples = Vec::with_capacity(6 * faces.len());
+    for face in faces {
+        let corners = corners_of(mesh, face);
+        let cross = cross(corners);
+        for (barycentric, weight) in RULE {
+            queries.push(Query { normal: cross.try_normalize(), ..Query::at(at(corners, barycentric)) });
+            samples.push((face, barycentric, weight * 0.5 * cross.length()));
+        }
+    }
+    let (mut sum, mut total, mut pulls) = (0.0, 0.0, Vec::new());
+    for ((query, found), (face, barycentric, weight)) in
+        queries.iter().zip(projected(surface, &queries)).zip(samples)
+    {
+        let Ok(found) = found else { continue };
+        sum += weight * found.point.distance_squared(query.point);
+        total += weight;
+        if query.normal.is_some_and(|n| n.dot(found.normal) > LEAST_COSINE) {
+            pulls.push(Pull { face, barycentric, weight, foot: found.point, normal: found.normal });
+        }
+    }
+    (pulls, if total > 0.0 { sum / total } else { 0.0 })
+}
+
+/// The points of the mesh closest to points of the surface, pulled to them, and the mean squared distance, if
+/// there are points.
+fn feet_of_points(mesh: &HalfedgeMesh, points: &[SurfacePointNormal]) -> (Vec<Pull>, Option<f64>) {
+    if points.is_empty() {
+        return (Vec::new(), None);
+    }
+    let coarse = mesh.to_triangle_mesh();
+    let tree = TriangleTree::new(&coarse);
+    let normals: Vec<DVec3> = (0..coarse.face_count() as u32).map(|f| coarse.face_normal(f)).collect();
+    let weight = coarse.area() / points.len() as f64;
+    let closest: Vec<Option<(Pull, f64)>> = points
+        .par_iter()
+        .map(|&[foot, normal]| {
+            let alike = |f: u32| normals[f as usize].dot(normal) > LEAST_COSINE;
+            let found = tree.closest_point_where(foot, Hint::NONE, alike)?;
+            let (face, barycentric) = (found.face, found.barycentric);
+            Some((Pull { face, barycentric, weight, foot, normal }, found.distance_squared))
+        })
+        .collect();
+    let sum: f64 = closest.iter().flatten().map(|(_, square)| square).sum();
+    let pulls: Vec<Pull> = closest.into_iter().flatten().map(|(pull, _)| pull).collect();
+    let mean = sum / pulls.len().max(1) as f64;
+    (pulls, Some(mean))
+}
+
+fn corners_of(mesh: &HalfedgeMesh, face: u32) -> [DVec3; 3] {
+    mesh.corners(3 * face).map(|v| mesh.position(v))
 }
 
 fn at(corners: [DVec3; 3], barycentric: [f64; 3]) -> DVec3 {
     corners[0] * barycentric[0] + corners[1] * barycentric[1] + corners[2] * barycentric[2]
 }
 
-/// Fits the interior vertices and returns the root-mean-square distance then. Where the fit does not bring
-/// the mesh closer, it is undone.
-pub(super) fn fit(mesh: &mut HalfedgeMesh, surface: &dyn Surface) -> f64 {
-    let mut feet = Feet::of(mesh, surface);
-    for _ in 0..2 {
+/// Fits the interior vertices and returns the root-mean-square distance then. A fit that does not bring the
+/// mesh closer is undone.
+pub(super) fn fit(mesh: &mut HalfedgeMesh, target: &Target<'_>) -> f64 {
+    let mut pairs = Match::of(mesh, target);
+    for _ in 0..FITS {
         let before = mesh.positions.clone();
         for _ in 0..SWEEPS {
             for v in 0..mesh.vertex_count() as u32 {
                 if !mesh.is_boundary_vertex(v) {
-                    fit_vertex(mesh, v, &feet);
+                    fit_vertex(mesh, v, &pairs);
                 }
             }
         }
-        let after = Feet::of(mesh, surface);
-        if after.distance >= feet.distance {
+        let after = Match::of(mesh, target);
+        if after.distance >= pairs.distance {
             mesh.positions = before;
             break;
         }
-        feet = after;
+        pairs = after;
     }
-    feet.distance
+    pairs.distance
 }
 
-/// Puts a vertex where the samples around it are closest to the planes at their feet, the other vertices fixed.
-fn fit_vertex(mesh: &mut HalfedgeMesh, v: u32, feet: &Feet) {
+/// Puts a vertex where the points around it are closest to their planes, the other vertices fixed.
+fn fit_vertex(mesh: &mut HalfedgeMesh, v: u32, pairs: &Match) {
     let position = mesh.position(v);
     let (mut planes, mut reach, mut count) = (Quadric::default(), 0.0, 0.0);
     for o in mesh.fan(v) {
-        let face = o / 3;
-        let corners = mesh.corners(3 * face).map(|w| mesh.position(w));
-        for (k, (barycentric, _)) in RULE.into_iter().enumerate() {
-            let (Some(foot), weight) = feet.feet[6 * face as usize + k] else { continue };
-            let share = barycentric[o as usize % 3];
-            let gap = foot.normal.dot(foot.point - at(corners, barycentric));
-            // The sample is on the plane when the vertex is on one further out. Relative to the vertex.
-            planes += Quadric::plane(foot.normal * (gap / share), foot.normal, weight * share * share);
+        let corners = corners_of(mesh, o / 3);
+        for pull in pairs.of_face(o / 3) {
+            let share = pull.barycentric[o as usize % 3];
+            if share > LEAST_SHARE {
+                // The point is on the plane when the vertex is on one further out. Relative to the vertex.
+                let gap = pull.normal.dot(pull.foot - at(corners, pull.barycentric));
+                let weight = pull.weight * share * share;
+                planes += Quadric::plane(pull.normal * (gap / share), pull.normal, weight);
+            }
         }
         reach += position.distance(mesh.position(mesh.tip(o)));
         count += 1.0;

@@ -1,7 +1,7 @@
 //! The final pass over a base mesh: better-shaped triangles, no further from the surface.
 //!
-//! Every round [flips](flips) edges towards Delaunay, [moves](relaxation) vertices of badly shaped faces along
-//! the surface, and [fits](fitting) the vertices to the surface by least squares. A round that takes the mesh
+//! Every round flips edges towards Delaunay, moves vertices of badly shaped faces along
+//! the surface, and fits the vertices to the surface by least squares. A round that takes the mesh
 //! further from the surface than allowed is undone.
 
 mod fitting;
@@ -10,11 +10,32 @@ mod relaxation;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::{ManifoldMesh, Progress, Surface};
+use ndf_core::sampling::{AreaSampler, FaceSample};
+use ndf_core::{DVec3, ManifoldMesh, Progress, Surface};
 
 use crate::halfedge_mesh::{HalfedgeMesh, previous};
 use crate::triangle_shape::{agree, cross, quality};
-use ndf_core::DVec3;
+
+/// A point of a surface and the unit outward normal there.
+pub type SurfacePointNormal = [DVec3; 2];
+
+/// What a mesh should be close to.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// The surface, to project points of the mesh onto.
+    pub surface: &'a dyn Surface,
+    /// Points spread over the surface, so that no part of it is left behind; may be empty.
+    pub points: &'a [SurfacePointNormal],
+}
+
+/// `count` points of a fine mesh, uniform by area, with the normals of their faces: points for a [`Target`].
+/// Always the same; none if the mesh has no area.
+pub fn spread_points(mesh: &ManifoldMesh, count: usize) -> Vec<SurfacePointNormal> {
+    let mesh_of_faces = mesh.as_triangle_mesh();
+    let samples = AreaSampler::of_manifold(mesh).map_or(Vec::new(), |sampler| sampler.sample(count, 0, 0));
+    let point = |s: FaceSample| [s.position(mesh_of_faces), mesh_of_faces.face_normal(s.face)];
+    samples.into_iter().map(point).filter(|[_, normal]| *normal != DVec3::ZERO).collect()
+}
 
 /// How much to do in the final pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +45,8 @@ pub struct FinalPassOptions {
     /// Vertices move along the surface only while a face around them has a lower quality (4 √3 area / sum of
     /// squared sides, 1 for an equilateral triangle) than this.
     pub wanted_quality: f64,
-    /// How much the root-mean-square distance from the mesh to the surface may grow over the whole pass, as a
-    /// share of what it was. It usually shrinks.
+    /// By what share of itself the root-mean-square distance between mesh and surface may grow in a round. A
+    /// round that exceeds it is undone, and fewer vertices move in the next.
     pub allowed_growth: f64,
 }
 
@@ -42,27 +63,27 @@ pub struct Improved {
     pub mesh: ManifoldMesh,
     /// Number of edges flipped.
     pub flips: usize,
-    /// Root-mean-square distance from the mesh to the surface before and after, by six points a face; `None` without
-    /// a surface.
+    /// Root-mean-square distance before and after: of six points a face from the surface, and of the points of
+    /// the target from the mesh, the mean of both squares. `None` without a target.
     pub distance: Option<[f64; 2]>,
 }
 
 /// Improves the shape of the faces of a mesh near a surface. Vertices of the boundary stay where they are.
 ///
-/// Without a surface only edges between nearly coplanar faces are flipped. Deterministic. Each round
-/// projects about fifteen points a face.
+/// Without a target only edges between nearly coplanar faces are flipped. Deterministic. Each round
+/// projects about twenty points a face, and the points of the target three times.
 pub fn improve(
     mesh: &ManifoldMesh,
-    surface: Option<&dyn Surface>,
+    target: Option<&Target<'_>>,
     options: &FinalPassOptions,
     progress: &dyn Progress,
 ) -> Improved {
     let mut work = HalfedgeMesh::new(mesh);
-    let Some(surface) = surface else {
+    let Some(target) = target else {
         let flips = if options.rounds > 0 { flips::flip_flat(&mut work) } else { 0 };
         return Improved { mesh: work.into_manifold(), flips, distance: None };
     };
-    let before = fitting::Feet::of(&work, surface).distance();
+    let before = fitting::Match::of(&work, target).distance;
     let (mut after, mut flipped, mut wanted) = (before, 0, options.wanted_quality);
     for round in 0..options.rounds {
         progress.report("final pass", f64::from(round) / f64::from(options.rounds));
@@ -70,10 +91,10 @@ pub fn improve(
             break;
         }
         let mut next = work.clone();
-        let flips = flips::flip_near(&mut next, surface, after);
+        let flips = flips::flip_near(&mut next, target.surface, after);
         relaxation::relax(&mut next, wanted);
-        let distance = fitting::fit(&mut next, surface);
-        if distance <= (before * (1.0 + options.allowed_growth)).min(after * ROUND_GROWTH) {
+        let distance = fitting::fit(&mut next, target);
+        if distance <= after * (1.0 + options.allowed_growth) {
             (work, after, flipped) = (next, distance, flipped + flips);
         } else {
             // Undone; try again with fewer vertices moved.
@@ -84,13 +105,11 @@ pub fn improve(
     Improved { mesh: work.into_manifold(), flips: flipped, distance: Some([before, after]) }
 }
 
-/// A round may take the mesh this much further from the surface than the one before.
-const ROUND_GROWTH: f64 = 1.02;
 /// A vertex may turn a face by the angle with this cosine in one move.
 const TURN: f64 = 0.5;
 
 /// The worst quality around a vertex moved to `position`; `None` if a face would turn too far.
-fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
+pub(crate) fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
     let mut worst = f64::INFINITY;
     for o in mesh.fan(v) {
         let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));

@@ -12,7 +12,8 @@ fn coarse(shape: ndf_core::TriangleMesh, faces: usize) -> ManifoldMesh {
 }
 
 fn check(mesh: &ManifoldMesh, surface: &dyn Surface) {
-    let improved = improve(mesh, Some(surface), &FinalPassOptions::default(), &NoProgress);
+    let improved =
+        improve(mesh, Some(&Target { surface, points: &[] }), &FinalPassOptions::default(), &NoProgress);
     let [before, after] = improved.distance.unwrap();
     assert!(after <= before, "{before} → {after}");
     let report = ValidationReport::of(improved.mesh.as_triangle_mesh());

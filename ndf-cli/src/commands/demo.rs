@@ -1,0 +1,211 @@
+//! `ndf demo`: the whole pipeline, and a page that shows it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use ndf_core::io::{VertexScalars, atomic_write, write_mesh};
+use ndf_core::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
+use ndf_core::{ManifoldMesh, TriangleMesh, TriangleTree};
+use serde_json::json;
+
+use super::extract::{EdgeLength, extracted};
+use super::fit::{Fitted, Job, Training, fit_file};
+use super::sample::Shape;
+use crate::context::Context;
+use crate::interrupt;
+use crate::output::{Failure, Outcome, grouped, table};
+use crate::render::{ColourMap, Style};
+use crate::report::{Figure, Report, Shot};
+
+/// Longest edge of the mesh shown, in the box [-1.5, 1.5]³.
+const EDGE_LENGTH: f64 = 0.02;
+
+/// Faces of the base mesh.
+const BASE_FACES: u32 = 4000;
+
+/// Arguments of `ndf demo`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The surface to learn [default: a built-in shape].
+    input: Option<PathBuf>,
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR", default_value = "ndf-demo")]
+    output: PathBuf,
+    #[command(flatten)]
+    training: Training,
+}
+
+/// Fits, extracts, measures and pictures.
+///
+/// # Errors
+/// If a stage fails or a file cannot be written.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let started = Instant::now();
+    let folder = &arguments.output;
+    fs::create_dir_all(folder).map_err(|e| Failure::new(format!("cannot make {}: {e}", folder.display())))?;
+    let input = match &arguments.input {
+        Some(path) => path.clone(),
+        None => {
+            let path = folder.join("input.ply");
+            write_mesh(&path, &Shape::default().mesh(), &[])?;
+            path
+        }
+    };
+    let settings = arguments.training.settings(context.seed());
+    let (fitted, _) = fit_file(&Job::new(&input, BASE_FACES, settings), context)?;
+    if interrupt::is_requested() {
+        return Err(Failure::new("interrupted"));
+    }
+    let bytes = fitted.model.to_bytes();
+    write(&folder.join("model.ndf"), &bytes)?;
+
+    let before = Instant::now();
+    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(Failure::new)?;
+    let seconds_extracting = before.elapsed().as_secs_f64();
+    let stage = Stage::compared(&fitted, &surface, context)?;
+    write_mesh(
+        folder.join("surface.ply"),
+        surface.as_triangle_mesh(),
+        std::slice::from_ref(&stage.field_error),
+    )?;
+
+    write_mesh(
+        folder.join("base.ply"),
+        fitted.base.as_triangle_mesh(),
+        std::slice::from_ref(&stage.base_error),
+    )?;
+
+    let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);
+    let page = page(&name, &fitted, &surface, &stage, &rows, context)?;
+    write(&folder.join("report.html"), page.as_bytes())?;
+
+    let seconds = started.elapsed().as_secs_f64();
+    let report = folder.join("report.html").display().to_string();
+    let json = json!({
+        "output": folder.display().to_string(),
+        "report": report,
+        "seconds": seconds,
+        "seconds_training": fitted.report.seconds,
+        "seconds_extracting": seconds_extracting,
+        "model_bytes": bytes.len(),
+        "faces": surface.face_count(),
+        "base_error": two_sided(&stage.base),
+        "field_error": two_sided(&stage.field),
+        "flipped_fraction": stage.field.flipped_fraction,
+    });
+    let mut rows: Vec<(&str, String)> = rows.iter().map(|(label, value)| (*label, value.clone())).collect();
+    rows.push(("all of it", format!("{seconds:.1} s")));
+    Ok(Outcome::new(json, format!("{report}: open it in a browser\n{}", table(&rows))))
+}
+
+/// How far base mesh and learned surface are from the input.
+struct Stage {
+    reference: TriangleMesh,
+    base: Measurement,
+    field: Measurement,
+    base_error: VertexScalars,
+    field_error: VertexScalars,
+}
+
+impl Stage {
+    fn compared(fitted: &Fitted, surface: &ManifoldMesh, context: &Context) -> Result<Self, Failure> {
+        let reference = match &fitted.input.manifold {
+            Ok(mesh) => mesh.as_triangle_mesh().clone(),
+            Err(_) => fitted.input.file.mesh.clone(),
+        };
+        let options = MeasureOptions { seed: context.seed(), ..MeasureOptions::default() };
+        let tree = TriangleTree::new(&reference);
+        let error = |mesh: &ManifoldMesh| VertexScalars {
+            name: "error".to_owned(),
+            values: vertex_distances(mesh.as_triangle_mesh(), &tree).into_iter().map(|d| d as f32).collect(),
+        };
+        Ok(Self {
+            base: measure(&reference, fitted.base.as_triangle_mesh(), &options)?,
+            field: measure(&reference, surface.as_triangle_mesh(), &options)?,
+            base_error: error(&fitted.base),
+            field_error: error(surface),
+            reference,
+        })
+    }
+}
+
+/// Mean of the mean distances both ways.
+fn two_sided(m: &Measurement) -> f64 {
+    f64::midpoint(m.mesh_to_reference.mean, m.reference_to_mesh.mean)
+}
+
+fn figures(
+    fitted: &Fitted,
+    surface: &ManifoldMesh,
+    stage: &Stage,
+    bytes: usize,
+    seconds_extracting: f64,
+) -> Vec<(&'static str, String)> {
+    let share = |x: f64| format!("{:.4} %", 100.0 * x / stage.field.diagonal);
+    let report = &fitted.report;
+    vec![
+        ("input", format!("{} faces", grouped(stage.reference.face_count()))),
+        ("base mesh", format!("{} faces", grouped(fitted.base.face_count()))),
+        ("model file", format!("{} bytes", grouped(bytes))),
+        (
+            "extracted surface",
+            format!("{} faces in {seconds_extracting:.2} s", grouped(surface.face_count())),
+        ),
+        ("training", format!("{} epochs in {:.1} s", grouped(report.epochs), report.seconds)),
+        ("mean distance, base mesh", format!("{} of the diagonal", share(two_sided(&stage.base)))),
+        ("mean distance, learned", format!("{} of the diagonal", share(two_sided(&stage.field)))),
+        ("largest distance, base mesh", format!("{} of the diagonal", share(stage.base.hausdorff))),
+        ("largest distance, learned", format!("{} of the diagonal", share(stage.field.hausdorff))),
+        ("faces turned against the input", format!("{:.3} %", 100.0 * stage.field.flipped_fraction)),
+    ]
+}
+
+fn page(
+    name: &str,
+    fitted: &Fitted,
+    surface: &ManifoldMesh,
+    stage: &Stage,
+    rows: &[(&'static str, String)],
+    context: &Context,
+) -> Result<String, Failure> {
+    let progress = context.progress();
+    let plain = Shot::default();
+    let wired = Shot { style: Style { wireframe: true, flat: true, ..Style::default() }, ..plain };
+    let base = fitted.base.as_triangle_mesh();
+    let learned = surface.as_triangle_mesh();
+    let pictures = [
+        Figure::of_mesh(&stage.reference, None, "The input", &plain, &progress)?,
+        Figure::of_mesh(base, None, "Its base mesh, on which the field lives", &wired, &progress)?,
+        Figure::of_mesh(learned, None, "The learned surface", &plain, &progress)?,
+    ];
+    // One scale for both, so that colours compare.
+    let map = ColourMap::of(&[stage.base_error.values.as_slice(), &stage.field_error.values].concat());
+    let (base_error, error) = (Some((&stage.base_error, map)), Some((&stage.field_error, map)));
+    let errors = [
+        Figure::of_mesh(base, base_error, "Distance of the base mesh to the input", &plain, &progress)?,
+        Figure::of_mesh(learned, error, "Distance of the learned surface to the input", &plain, &progress)?,
+    ];
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|(label, value)| vec![(*label).to_owned(), value.clone()]).collect();
+    let shown = format!("ndf extract model.ndf -o mesh.ply --relative-edge-length {EDGE_LENGTH}");
+    Ok(Report::new(&format!("A neural displacement field of {name}"))
+        .paragraph(
+            "A small network maps the base mesh onto the input. Base mesh, features and network are the model file; \
+             from it a mesh of any resolution is extracted.",
+        )
+        .figures(&pictures)
+        .table("What came out", &["", ""], &rows)
+        .heading("Where it is how far from the input")
+        .figures(&errors)
+        .heading("To go on")
+        .code(&shown)
+        .to_html())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    atomic_write(path, |out| out.write_all(bytes))
+        .map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
+}

@@ -1,0 +1,70 @@
+//! `ndf measure`: how far a mesh is from a reference.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use ndf_core::metrics::{Distances, MeasureError, MeasureOptions, measure};
+use serde_json::{Value, json};
+
+use super::read_faces;
+use crate::context::Context;
+use crate::output::{Failure, Outcome, readable, table};
+
+/// Arguments of `ndf measure`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The mesh that is taken as the truth.
+    reference: PathBuf,
+    /// The mesh to be judged.
+    mesh: PathBuf,
+    /// Samples on each mesh; vertices are measured besides.
+    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    samples: u32,
+}
+
+/// Measures two meshes against each other.
+///
+/// # Errors
+/// If one cannot be read, or has no area.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let reference = read_faces(&arguments.reference, context)?.mesh;
+    let mesh = read_faces(&arguments.mesh, context)?.mesh;
+    let started = Instant::now();
+    let options = MeasureOptions { samples: arguments.samples as usize, seed: context.seed() };
+    let found = measure(&reference, &mesh, &options).map_err(|error| {
+        let path = match error {
+            MeasureError::Reference => &arguments.reference,
+            MeasureError::Mesh | MeasureError::NoSamples => &arguments.mesh,
+        };
+        Failure::new(format!("cannot measure {}: {error}", path.display()))
+            .try_instead("ndf info lists what is wrong with it")
+    })?;
+    let json = json!({
+        "reference_to_mesh": object(found.reference_to_mesh),
+        "mesh_to_reference": object(found.mesh_to_reference),
+        "normal_deg_mean": found.normal_deg_mean,
+        "flipped_fraction": found.flipped_fraction,
+        "hausdorff": found.hausdorff,
+        "diagonal": found.diagonal,
+        "samples": arguments.samples,
+        "seconds": started.elapsed().as_secs_f64(),
+    });
+    let share = |length: f64| {
+        format!("{} ({:.4} % of the diagonal)", readable(length), 100.0 * length / found.diagonal)
+    };
+    let line =
+        |d: Distances| format!("mean {}, rms {}, max {}", readable(d.mean), readable(d.rms), readable(d.max));
+    let text = table(&[
+        ("reference → mesh", line(found.reference_to_mesh)),
+        ("mesh → reference", line(found.mesh_to_reference)),
+        ("Hausdorff", share(found.hausdorff)),
+        ("normals", format!("{:.3}° apart on average", found.normal_deg_mean)),
+        ("flipped", format!("{:.4} %", 100.0 * found.flipped_fraction)),
+    ]);
+    Ok(Outcome::new(json, text))
+}
+
+fn object(d: Distances) -> Value {
+    json!({"mean": d.mean, "rms": d.rms, "max": d.max})
+}

@@ -1,0 +1,25 @@
+//! Ctrl-C and SIGTERM ask long work to end well.
+
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+static HANDLER: Once = Once::new();
+
+/// A flag that is set by the first interruption from now on. The second ends the program at once.
+pub fn flag() -> &'static AtomicBool {
+    HANDLER.call_once(|| {
+        // Without a handler an interruption ends the program, as it would anyway.
+        let _ = ctrlc::set_handler(|| {
+            if REQUESTED.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        });
+    });
+    &REQUESTED
+}
+
+/// Whether an interruption was asked for.
+pub fn is_requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+}

@@ -1,0 +1,214 @@
+//! From a mesh to a model and back.
+
+use super::{Folder, ndf};
+
+const QUICK: [&str; 6] = ["--epochs", "60", "--samples", "512", "--base-faces", "400"];
+
+fn fitted(folder: &Folder, model: &str, more: &[&str]) -> serde_json::Value {
+    let arguments = [&["fit", "torus.ply", "-o", model, "--json", "--quiet"], &QUICK[..], more].concat();
+    ndf(&folder.0, &arguments).json()
+}
+
+#[test]
+fn a_mesh_is_learned_extracted_and_measured() {
+    let folder = Folder::new("learning");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let fit = fitted(&folder, "torus.ndf", &[]);
+    for key in [
+        "seconds",
+        "epochs",
+        "projection_rms",
+        "projection_max",
+        "cycle_loss",
+        "flipped_fraction",
+        "base_vertices",
+        "base_faces",
+        "model_bytes",
+        "seconds_projecting",
+    ] {
+        assert!(fit[key].is_number(), "{key}: {fit}");
+    }
+    assert_eq!((fit["epochs"].as_u64(), fit["base_faces"].as_u64()), (Some(60), Some(400)));
+    let bytes = std::fs::read(folder.0.join("torus.ndf")).unwrap();
+    assert_eq!(fit["model_bytes"].as_u64(), Some(bytes.len() as u64));
+
+    let info = ndf(&folder.0, &["info", "torus.ndf", "--json"]).json();
+    assert_eq!(info["kind"], "model");
+    assert_eq!(info["bytes"]["total"].as_u64(), Some(bytes.len() as u64));
+
+    let length = "0.1";
+    let arguments =
+        ["extract", "torus.ndf", "-o", "out.ply", "--edge-length", length, "--json", "--no-refine"];
+    let extract = ndf(&folder.0, &arguments).json();
+    assert_eq!(extract["euler_characteristic"], 0);
+    assert_eq!((&extract["manifold"], &extract["oriented"]), (&true.into(), &true.into()));
+    assert!(extract["edge_length"]["max"].as_f64().unwrap() <= 0.1 + 1e-12);
+    for key in ["seconds", "vertices", "faces", "components", "boundary_edges", "delaunay_embedded_fraction"]
+    {
+        assert!(extract[key].is_number(), "{key}: {extract}");
+    }
+    assert!(extract["delaunay_intrinsic"].is_boolean() && extract["min_angle_deg"]["p5"].is_number());
+    let info = ndf(&folder.0, &["info", "out.ply", "--json"]).json();
+    assert_eq!((&info["vertices"], &info["faces"]), (&extract["vertices"], &extract["faces"]));
+
+    // The torus has radii 1 and 0.4; 400 base faces and 60 epochs come within a fiftieth of the tube.
+    let measure = ndf(&folder.0, &["measure", "torus.ply", "out.ply", "--json"]).json();
+    let mean = measure["mesh_to_reference"]["mean"].as_f64().unwrap();
+    assert!(mean < 0.008, "{measure}");
+}
+
+#[test]
+fn the_seed_decides_every_byte_and_the_threads_none() {
+    let folder = Folder::new("seeds");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    fitted(&folder, "a.ndf", &["--threads", "1"]);
+    fitted(&folder, "b.ndf", &["--threads", "2"]);
+    fitted(&folder, "c.ndf", &["--seed", "1"]);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(read("a.ndf") == read("b.ndf"));
+    assert!(read("a.ndf") != read("c.ndf"));
+}
+
+#[test]
+fn a_base_mesh_of_ones_own_is_used() {
+    let folder = Folder::new("own-base");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let mesh =
+        ndf(&folder.0, &["mesh", "torus.ply", "-o", "base.obj", "--grid", "24", "--faces", "300", "--json"])
+            .json();
+    assert_eq!((&mesh["faces"], &mesh["euler_characteristic"]), (&300.into(), &0.into()));
+    let arguments = [
+        "fit",
+        "torus.ply",
+        "-o",
+        "m.ndf",
+        "--base",
+        "base.obj",
+        "--epochs",
+        "5",
+        "--samples",
+        "99",
+        "--json",
+    ];
+    assert_eq!(ndf(&folder.0, &arguments).json()["base_faces"], 300);
+    let limited =
+        ndf(&folder.0, &["fit", "torus.ply", "-o", "n.ndf", "--time-limit", "0", "--json", "--quiet"]);
+    assert_eq!(limited.json()["interrupted"], true);
+}
+
+#[test]
+fn damaged_models_and_absurd_lengths_are_refused() {
+    let folder = Folder::new("damaged");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    fitted(&folder, "good.ndf", &[]);
+    let mut bytes = std::fs::read(folder.0.join("good.ndf")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    folder.write("bad.ndf", &bytes);
+    let extract = |model: &str, length: &str| {
+        let run = ndf(&folder.0, &["extract", model, "-o", "out.ply", "--relative-edge-length", length]);
+        assert!(!folder.0.join("out.ply").exists());
+        run
+    };
+    assert!(extract("bad.ndf", "0.1").sentence().contains("checksum"));
+    assert!(extract("torus.ply", "0.1").sentence().contains("not an .ndf model"));
+    assert!(extract("missing.ndf", "0.1").sentence().contains("missing.ndf"));
+    assert!(extract("good.ndf", "1e-7").sentence().contains("triangles"));
+    assert_eq!(extract("good.ndf", "-1").code, 2);
+    assert_eq!(ndf(&folder.0, &["extract", "good.ndf", "-o", "out.ply"]).code, 2);
+    assert!(ndf(&folder.0, &["fit", "good.ndf", "-o", "out.ndf"]).sentence().contains("extract"));
+}
+
+#[test]
+fn the_demo_writes_all_it_promises() {
+    let folder = Folder::new("demo");
+    let demo = ndf(&folder.0, &["demo", "--json", "--quiet", "--epochs", "100", "--samples", "1024"]).json();
+    assert!(demo["seconds"].is_number());
+    for name in ["model.ndf", "surface.ply", "report.html"] {
+        assert!(folder.0.join("ndf-demo").join(name).metadata().unwrap().len() > 1000, "{name}");
+    }
+    let page = std::fs::read_to_string(folder.0.join("ndf-demo/report.html")).unwrap();
+    assert!(page.matches("data:image/png;base64,").count() >= 5);
+    assert!(!page.contains("http://") && !page.contains("https://"));
+}
+
+/// An interrupted run leaves a checkpoint and no model; resumed, it ends as if nothing had happened.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_is_resumed_without_a_trace() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("resumed");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let run = ["--epochs", "2500", "--samples", "512", "--base-faces", "400", "--quiet"];
+    let unbroken = [&["fit", "torus.ply", "-o", "unbroken.ndf"], &run[..]].concat();
+    assert_eq!(ndf(&folder.0, &unbroken).code, 0);
+
+    let mut broken = Command::new(env!("CARGO_BIN_EXE_ndf"))
+        .current_dir(&folder.0)
+        .args(["fit", "torus.ply", "-o", "broken.ndf", "--log", "log.jsonl"])
+        .args(run)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The log appears when training begins.
+    while !folder.0.join("log.jsonl").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    Command::new("kill").args(["-TERM", &broken.id().to_string()]).status().unwrap();
+    let code = broken.wait().unwrap().code();
+    if code == Some(0) {
+        eprintln!("skipped: the run ended before it could be interrupted");
+        return;
+    }
+    assert_eq!(code, Some(1));
+    assert!(!folder.0.join("broken.ndf").exists());
+    let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
+    assert_eq!(ndf(&folder.0, &resumed).code, 0);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(read("broken.ndf") == read("unbroken.ndf"));
+
+    let log = String::from_utf8(read("log.jsonl")).unwrap();
+    for line in log.lines() {
+        let record: serde_json::Value = serde_json::from_str(line).unwrap();
+        for key in
+            ["epoch", "rate", "projection", "cycle", "flipped_fraction", "seconds", "seconds_projecting"]
+        {
+            assert!(record[key].is_number(), "{key}: {line}");
+        }
+    }
+    assert!(
+        ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "torus.ply"])
+            .sentence()
+            .contains("checkpoint")
+    );
+    assert_eq!(
+        ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "c", "--epochs", "5"]).code,
+        2
+    );
+}
+
+#[test]
+fn anchors_and_all_losses_are_accepted_and_nonsense_refused() {
+    let folder = Folder::new("anchors");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    folder.write("anchors.txt", "# base, then target\n1.4 0 0  1.4 0 0\n\n-1.4 0 0 -1.4 0.01 0\n");
+    let more = [
+        "--anchors",
+        "anchors.txt",
+        "--lambda-d",
+        "1",
+        "--lambda-n",
+        "10",
+        "--lambda-f",
+        "1",
+        "--lambda-p",
+        "1e3",
+    ];
+    assert_eq!(fitted(&folder, "a.ndf", &more)["epochs"], 60);
+    assert_eq!(fitted(&folder, "p.ndf", &["--preset", "paper"])["epochs"], 1060);
+    folder.write("bad.txt", "1 2 3 4 5\n");
+    let bad = ndf(&folder.0, &["fit", "torus.ply", "-o", "b.ndf", "--anchors", "bad.txt"]);
+    assert!(bad.sentence().contains("line 1"));
+    assert!(!folder.0.join("b.ndf").exists());
+}

@@ -1,0 +1,81 @@
+//! The program as its users meet it: exit codes, streams, files.
+
+#![allow(clippy::unwrap_used, reason = "all of this file is test code")]
+
+mod bad_meshes;
+mod commands;
+mod learning;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+/// What a run of the program left behind.
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+    elapsed: Duration,
+}
+
+/// Runs the program in `folder`.
+fn ndf(folder: &Path, arguments: &[&str]) -> Run {
+    let started = Instant::now();
+    let output: Output =
+        Command::new(env!("CARGO_BIN_EXE_ndf")).current_dir(folder).args(arguments).output().unwrap();
+    Run {
+        code: output.status.code().unwrap_or(-1),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        elapsed: started.elapsed(),
+    }
+}
+
+impl Run {
+    /// The object on stdout of a run that succeeded.
+    fn json(&self) -> serde_json::Value {
+        assert_eq!(self.code, 0, "{}", self.stderr);
+        let value: serde_json::Value = serde_json::from_str(&self.stdout).unwrap();
+        assert!(value.is_object() && self.stdout.trim_end().lines().count() == 1, "{}", self.stdout);
+        value
+    }
+
+    /// The sentence of a run that failed: one line, nothing on stdout, and no panic.
+    fn sentence(&self) -> &str {
+        assert_eq!(self.code, 1, "{}{}", self.stdout, self.stderr);
+        assert_eq!(self.stdout, "");
+        let said: Vec<&str> = self.stderr.lines().filter(|l| !l.starts_with("ndf: warning: ")).collect();
+        assert!(matches!(said[..], [line] if line.starts_with("ndf: ")), "{}", self.stderr);
+        said[0]
+    }
+}
+
+/// A folder of its own for a test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("ndf-program-{test}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.0.join(name), content).unwrap();
+    }
+
+    /// Names of the files in it, in order.
+    fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,199 @@
+//! Flips to the intrinsic Delaunay triangulation (Fisher, Springborn, Bobenko and Schröder 2006).
+
+use crate::integer_coordinates::IntegerCoordinates;
+use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
+use crate::intrinsic_triangulation::IntrinsicTriangulation;
+use crate::planar::{Point, cross, distance, dot, minus, orientation, third_corner};
+use crate::triangle;
+
+/// What [flips to Delaunay](IntrinsicTriangulation::flip_to_delaunay) did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DelaunayReport {
+    /// Number of flips.
+    pub flips: usize,
+    /// Edges found not to be Delaunay but not flippable either: only rounding on faces without area leaves such.
+    pub stuck: usize,
+    /// Whether the flips were stopped before their end, after [`MOST_FLIPS_PER_EDGE`] for each edge.
+    pub stopped: bool,
+}
+
+/// The flip algorithm ends after finitely many flips in exact arithmetic; the worst case is quadratic, and meshes
+/// stretched 60 times take about a hundred for each edge. Should rounding make it run in circles, it ends here.
+pub const MOST_FLIPS_PER_EDGE: usize = 10_000;
+
+/// Edges to look at, each at most once at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EdgeQueue {
+    stack: Vec<u32>,
+    queued: Vec<bool>,
+}
+
+impl EdgeQueue {
+    /// All edges, the first on top.
+    pub(crate) fn all(edges: usize) -> Self {
+        Self { stack: (0..edges as u32).rev().collect(), queued: vec![true; edges] }
+    }
+
+    #[inline]
+    pub(crate) fn push(&mut self, edge: u32) {
+        if edge as usize >= self.queued.len() {
+            self.queued.resize(edge as usize + 1, false);
+        }
+        if !std::mem::replace(&mut self.queued[edge as usize], true) {
+            self.stack.push(edge);
+        }
+    }
+
+    #[inline]
+    pub(crate) fn pop(&mut self) -> Option<u32> {
+        let edge = self.stack.pop()?;
+        self.queued[edge as usize] = false;
+        Some(edge)
+    }
+}
+
+/// The two faces of an edge in the plane.
+pub(crate) struct Quad {
+    tail: Point,
+    tip: Point,
+    left: Point,
+    right: Point,
+}
+
+impl Quad {
+    /// Lays out the faces of an edge; `None` where it has not two different ones.
+    #[inline]
+    pub(crate) fn of(mesh: &IntrinsicMesh, edge: u32) -> Option<Self> {
+        let h = mesh.edge_halfedge(edge);
+        let t = mesh.twin(h)?;
+        if t / 3 == h / 3 {
+            return None;
+        }
+        let sides = mesh.sides_from(h);
+        let (tail, tip) = ([0.0, 0.0], [sides[0], 0.0]);
+        let left = triangle::apex(sides);
+        let right = third_corner(tip, tail, mesh.sides_from(t));
+        Some(Self { tail, tip, left, right })
+    }
+
+    /// Whether the angles opposite to the edge sum to more than π: the sine of the sum is negative, by more than
+    /// a tolerance that corresponds to [`DELAUNAY_TOLERANCE`] on cotangents.
+    #[inline]
+    pub(crate) fn is_violating(&self) -> bool {
+        let at = |apex: Point, from: Point, to: Point| {
+            let (u, v) = (minus(from, apex), minus(to, apex));
+            (dot(u, v), cross(u, v))
+        };
+        let (cos_left, sin_left) = at(self.left, self.tail, self.tip);
+        let (cos_right, sin_right) = at(self.right, self.tip, self.tail);
+        cos_left * sin_right + cos_right * sin_left < -0.5 * DELAUNAY_TOLERANCE * sin_left * sin_right
+    }
+
+    /// Whether the quad is strictly convex at the ends of the edge: the sines of the turns there are greater than
+    /// `straight`. With 0 the signs are exact for the quad as laid out.
+    #[inline]
+    pub(crate) fn is_convex(&self, straight: f64) -> bool {
+        let turns = |a, b, c| {
+            let tolerance = if straight == 0.0 { 0.0 } else { straight * distance(a, b) * distance(a, c) };
+            orientation(a, b, c) > tolerance
+        };
+        turns(self.tail, self.right, self.left) && turns(self.tip, self.left, self.right)
+    }
+
+    /// Length of the other diagonal.
+    #[inline]
+    pub(crate) fn other_diagonal(&self) -> f64 {
+        distance(self.left, self.right)
+    }
+}
+
+/// A triangulation whose edges can be flipped.
+pub(crate) trait Flip {
+    /// Connectivity and lengths.
+    fn mesh(&self) -> &IntrinsicMesh;
+
+    /// Flips an edge with two different faces, if that is allowed, and gives it a new length; whether it did.
+    fn flip(&mut self, edge: u32, length: f64) -> bool;
+}
+
+impl Flip for IntrinsicMesh {
+    #[inline]
+    fn mesh(&self) -> &IntrinsicMesh {
+        self
+    }
+
+    #[inline]
+    fn flip(&mut self, edge: u32, length: f64) -> bool {
+        let h = self.edge_halfedge(edge);
+        self.complex.flip(h);
+        self.lengths[edge as usize] = length;
+        true
+    }
+}
+
+impl Flip for IntegerCoordinates<'_> {
+    #[inline]
+    fn mesh(&self) -> &IntrinsicMesh {
+        &self.mesh
+    }
+
+    #[inline]
+    fn flip(&mut self, edge: u32, length: f64) -> bool {
+        self.flip(edge, length);
+        true
+    }
+}
+
+/// The four edges around the two faces of an inner edge.
+#[inline]
+pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: u32) -> [u32; 4] {
+    let h = mesh.edge_halfedge(edge);
+    let t = mesh.halfedges[h as usize].twin;
+    [mesh.next(h), mesh.previous(h), mesh.next(t), mesh.previous(t)].map(|h| mesh.halfedge_edge(h))
+}
+
+/// Flips queued edges and those around them until all are Delaunay in the metric of the lengths. `flipped` is
+/// told every edge after its flip.
+pub(crate) fn flip_to_delaunay<T: Flip>(
+    triangulation: &mut T,
+    queue: &mut EdgeQueue,
+    mut flipped: impl FnMut(&T, u32),
+) -> DelaunayReport {
+    let mut report = DelaunayReport::default();
+    let most = MOST_FLIPS_PER_EDGE.saturating_mul(triangulation.mesh().edge_count());
+    while let Some(edge) = queue.pop() {
+        let Some(quad) = Quad::of(triangulation.mesh(), edge) else { continue };
+        if !quad.is_violating() {
+            continue;
+        }
+        if !quad.is_convex(0.0) {
+            report.stuck += 1;
+            continue;
+        }
+        if report.flips == most {
+            report.stopped = true;
+            break;
+        }
+        triangulation.flip(edge, quad.other_diagonal());
+        report.flips += 1;
+        quad_edges(triangulation.mesh(), edge).into_iter().for_each(|e| queue.push(e));
+        flipped(triangulation, edge);
+    }
+    report
+}
+
+impl IntrinsicMesh {
+    /// Flips edges until the mesh is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
+    pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
+        let mut queue = EdgeQueue::all(self.edge_count());
+        flip_to_delaunay(self, &mut queue, |_, _| {})
+    }
+}
+
+impl IntrinsicTriangulation<'_> {
+    /// Flips edges until the triangulation is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
+    pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
+        let mut queue = EdgeQueue::all(self.mesh().edge_count());
+        flip_to_delaunay(&mut self.coordinates, &mut queue, |_, _| {})
+    }
+}

@@ -1,0 +1,116 @@
+//! What is true of an extracted mesh, computed from it.
+
+use ndf_core::quality::{Quality, SmallestAngles, Spread};
+use ndf_core::{DisplacementField, ManifoldMesh};
+
+use super::Work;
+use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
+use crate::triangle;
+
+/// What extraction did, and the properties of its result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExtractionReport {
+    /// Vertices.
+    pub vertices: usize,
+    /// Faces.
+    pub faces: usize,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Whether the faces around every edge and vertex form a surface: checked, not assumed.
+    pub manifold: bool,
+    /// Whether neighbouring faces are oriented alike: checked.
+    pub oriented: bool,
+    /// V − E + F of the result.
+    pub euler_characteristic: i64,
+    /// V − E + F of the base mesh.
+    pub base_euler_characteristic: i64,
+    /// Whether all inner edges are Delaunay in the intrinsic metric.
+    pub delaunay_intrinsic: bool,
+    /// Share of the inner edges that are.
+    pub delaunay_intrinsic_fraction: f64,
+    /// Share of the inner edges of the embedded mesh that are Delaunay as embedded.
+    pub delaunay_embedded_fraction: f64,
+    /// Whether the intrinsic triangulation is a simplicial complex, so that the embedded mesh has its faces.
+    pub embeds_intrinsic: bool,
+    /// The smallest `(a + b − c) / (a + b + c)` of the intrinsic faces: the triangle inequality holds where this
+    /// is not negative.
+    pub least_slack: f64,
+    /// What was added to lengths to give all faces an area.
+    pub mollification: Mollification,
+    /// Smallest angles of the embedded faces, in degrees.
+    pub min_angle_deg: SmallestAngles,
+    /// The smallest angle of the intrinsic triangulation, in degrees.
+    pub intrinsic_min_angle_deg: f64,
+    /// Lengths of the embedded edges.
+    pub edge_length: Spread,
+    /// h: what was asked for.
+    pub target_edge_length: f64,
+    /// The longest edge, in h. Splits leave at most 4/3; relaxation and flips may lengthen a few.
+    pub longest_in_h: f64,
+    /// Rounds of splits.
+    pub rounds: usize,
+    /// Edges split.
+    pub splits: usize,
+    /// Edges collapsed.
+    pub collapses: usize,
+    /// Flips in the metric of chords.
+    pub chord_flips: usize,
+    /// Final flips in the fixed metric.
+    pub intrinsic_flips: usize,
+    /// Evaluations of the field.
+    pub evaluations: usize,
+}
+
+impl ExtractionReport {
+    pub(super) fn of(
+        field: &DisplacementField,
+        h: f64,
+        intrinsic: &IntrinsicMesh,
+        mesh: &ManifoldMesh,
+        embeds_intrinsic: bool,
+        mollification: Mollification,
+        work: Work,
+    ) -> Self {
+        let (quality, (checked, delaunay_intrinsic_fraction)) =
+            rayon::join(|| Quality::of(mesh), || (intrinsic.check().is_ok(), intrinsic.delaunay_fraction()));
+        let smallest = (0..intrinsic.face_count() as u32)
+            .map(|f| triangle::smallest_angle(intrinsic.sides(f)))
+            .fold(f64::INFINITY, f64::min);
+        Self {
+            vertices: mesh.vertex_count(),
+            faces: mesh.face_count(),
+            boundary_edges: mesh.boundary_edge_count(),
+            manifold: checked,
+            oriented: checked,
+            euler_characteristic: mesh.euler_characteristic(),
+            base_euler_characteristic: field.base().euler_characteristic(),
+            delaunay_intrinsic: delaunay_intrinsic_fraction == 1.0,
+            delaunay_intrinsic_fraction,
+            delaunay_embedded_fraction: quality.delaunay_fraction,
+            embeds_intrinsic,
+            least_slack: intrinsic.slack(),
+            mollification,
+            min_angle_deg: quality.min_angle_deg,
+            intrinsic_min_angle_deg: smallest.to_degrees(),
+            edge_length: quality.edge_length,
+            target_edge_length: h,
+            longest_in_h: quality.edge_length.max / h,
+            rounds: work.rounds,
+            splits: work.splits,
+            collapses: work.collapses,
+            chord_flips: work.chord_flips,
+            intrinsic_flips: work.intrinsic_flips,
+            evaluations: work.evaluations,
+        }
+    }
+
+    /// Whether the result has the topology of the base mesh and is Delaunay in its intrinsic metric, with valid
+    /// triangles: what extraction promises.
+    pub fn holds(&self) -> bool {
+        self.manifold
+            && self.oriented
+            && self.euler_characteristic == self.base_euler_characteristic
+            && self.delaunay_intrinsic
+            && self.least_slack >= 0.0
+    }
+}

@@ -1,0 +1,76 @@
+//! Extraction from fields: every guarantee, on closed and open bases, finer and coarser than the base.
+
+#![allow(clippy::unwrap_used, reason = "these are tests")]
+
+use ndf_core::field::FieldShape;
+use ndf_core::mesh::shapes;
+use ndf_core::{DisplacementField, ManifoldMesh, TriangleMesh};
+use ndf_intrinsic::{ExtractionError, ExtractionOptions, extract};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+/// A field that makes smooth waves of the base.
+fn wavy(base: TriangleMesh, amplitude: f32) -> DisplacementField {
+    let base = ManifoldMesh::try_from(base).unwrap();
+    let field = DisplacementField::untrained(base, FieldShape::default(), 2).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut random = |n: usize| (0..n).map(|_| rng.random_range(-amplitude..amplitude)).collect::<Vec<f32>>();
+    let (features, parameters) = (random(field.features().len()), random(field.network().parameters().len()));
+    field.with_parameters(features, parameters).unwrap()
+}
+
+#[test]
+fn every_promise_is_kept() {
+    for (name, base) in [
+        ("sphere", shapes::icosphere(2)),
+        ("torus", shapes::torus(24, 12, 1.0, 0.4)),
+        ("plate", shapes::grid(6, 4)),
+    ] {
+        let field = wavy(base, 0.15);
+        for h in [0.5, 0.1, 0.04] {
+            let extraction = extract(&field, &ExtractionOptions::new(h)).unwrap();
+            let report = extraction.report;
+            eprintln!("{name}, h {h}: {report:?}");
+            assert!(report.holds());
+            assert_eq!(extraction.mesh.euler_characteristic(), field.base().euler_characteristic());
+            assert!(extraction.intrinsic.is_delaunay());
+            assert_eq!(extraction.origins.len(), extraction.mesh.vertex_count());
+            for (p, q) in extraction.mesh.positions().iter().zip(field.map(&extraction.origins)) {
+                assert!(p.distance(q) < 1e-6, "vertices are images of their origins");
+            }
+            if h < 0.5 {
+                assert!(report.delaunay_embedded_fraction > 0.999);
+                assert!(report.min_angle_deg.p5 > 30.0);
+                assert!(report.longest_in_h < 1.7);
+            }
+        }
+    }
+}
+
+#[test]
+fn long_edges_make_meshes_coarser_than_the_base() {
+    let field = wavy(shapes::icosphere(4), 0.05);
+    let report = extract(&field, &ExtractionOptions::new(0.4)).unwrap().report;
+    assert!(report.holds());
+    assert!(report.faces < field.base().face_count() / 8, "{} faces", report.faces);
+}
+
+#[test]
+fn the_same_field_gives_the_same_mesh() {
+    let field = wavy(shapes::icosphere(2), 0.15);
+    let [a, b] = [0, 1].map(|_| extract(&field, &ExtractionOptions::new(0.08)).unwrap());
+    assert_eq!(a.mesh.faces(), b.mesh.faces());
+    assert_eq!(a.mesh.positions(), b.mesh.positions());
+}
+
+#[test]
+fn absurd_lengths_are_refused() {
+    let field = wavy(shapes::icosphere(1), 0.1);
+    let error = |h: f64| {
+        extract(&field, &ExtractionOptions { most_faces: 1000, ..ExtractionOptions::new(h) }).unwrap_err()
+    };
+    assert_eq!(error(-1.0), ExtractionError::EdgeLength(-1.0));
+    assert!(matches!(error(f64::NAN), ExtractionError::EdgeLength(_)));
+    assert_eq!(error(1e-9), ExtractionError::TooManyFaces(1000));
+}

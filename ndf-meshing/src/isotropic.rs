@@ -1,0 +1,272 @@
+//! Isotropic remeshing (Botsch and Kobbelt 2004): edges of nearly one length and vertices of nearly six.
+//!
+//! Each round splits long edges, collapses short ones, flips towards regular valence, and relaxes the vertices
+//! tangentially with projection back onto the surface. The topology does not change. Creases are not marked
+//! and come out rounded by up to about an edge length.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use ndf_core::mesh::NO_HALFEDGE;
+use ndf_core::projection::projected;
+use ndf_core::{DVec3, ManifoldMesh, Progress, Query, Surface};
+
+use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
+use crate::original::OriginalMesh;
+use crate::remeshing::quality_around;
+use crate::triangle_shape::{agree, cross, quality};
+
+/// What length and how many rounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IsotropicOptions {
+    /// Length the edges should have, in the units of the mesh.
+    pub edge_length: f64,
+    /// Number of rounds.
+    pub rounds: u32,
+}
+
+/// Why a mesh was not remeshed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum IsotropicError {
+    /// The edge length is not a positive number, or so small that the mesh would not fit indices.
+    #[error("the edge length {0} is not positive, or would make more than a hundred million faces")]
+    EdgeLength(f64),
+    /// The observer asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Edges longer than this share of the length are split.
+const LONG: f64 = 4.0 / 3.0;
+/// Edges shorter than this share are collapsed.
+const SHORT: f64 = 4.0 / 5.0;
+/// A face may turn by the angle with this cosine in one flip or collapse.
+const TURN: f64 = 0.5;
+/// Flips and collapses make no face worse than this, unless it was.
+const LEAST_QUALITY: f64 = 0.2;
+const MOST_FACES: f64 = 1e8;
+
+/// Remeshes isotropically, on `surface` or on the mesh itself where that is `None`. Vertices of the boundary
+/// stay; boundary edges are only split. Deterministic.
+///
+/// # Errors
+/// See [`IsotropicError`].
+pub fn remesh_isotropically(
+    mesh: &ManifoldMesh,
+    surface: Option<&dyn Surface>,
+    options: &IsotropicOptions,
+    progress: &dyn Progress,
+) -> Result<ManifoldMesh, IsotropicError> {
+    let length = options.edge_length;
+    let expected = mesh.as_triangle_mesh().area() / (0.25 * 3.0_f64.sqrt() * length * length);
+    if !length.is_finite() || length <= 0.0 || expected > MOST_FACES {
+        return Err(IsotropicError::EdgeLength(length));
+    }
+    let original = surface.is_none().then(|| OriginalMesh::new(mesh));
+    let surface = surface.or(original.as_ref().map(|mesh| mesh as &dyn Surface));
+    let mut work = HalfedgeMesh::new(mesh);
+    for round in 0..options.rounds {
+        if progress.cancelled() {
+            return Err(IsotropicError::Cancelled);
+        }
+        progress.report("isotropic remeshing", f64::from(round) / f64::from(options.rounds));
+        split_long(&mut work, LONG * length);
+        collapse_short(&mut work, SHORT * length, LONG * length);
+        flip_to_regular(&mut work);
+        if let Some(surface) = surface {
+            relax(&mut work, surface);
+        }
+    }
+    progress.report("isotropic remeshing", 1.0);
+    Ok(work.into_manifold())
+}
+
+fn length_squared(mesh: &HalfedgeMesh, h: u32) -> f64 {
+    mesh.position(mesh.tail(h)).distance_squared(mesh.position(mesh.tip(h)))
+}
+
+fn is_edge(mesh: &HalfedgeMesh, h: u32) -> bool {
+    mesh.exists(h) && mesh.canonical(h) == h
+}
+
+/// Splits edges in the middle until none is longer than `most`, always the longest: splitting the longest
+/// side of a face makes no new edge longer than it, so that this ends (Rivara 1984).
+fn split_long(mesh: &mut HalfedgeMesh, most: f64) {
+    // Not negative, so the bits order like the numbers.
+    let entry = |mesh: &HalfedgeMesh, h: u32| {
+        let h = mesh.canonical(h);
+        let square = length_squared(mesh, h);
+        (square > most * most).then(|| (square.to_bits(), Reverse(h)))
+    };
+    let edges = (0..mesh.halfedge_count() as u32).filter(|&h| is_edge(mesh, h));
+    let mut queue: BinaryHeap<_> = edges.filter_map(|h| entry(mesh, h)).collect();
+    while let Some((bits, Reverse(h))) = queue.pop() {
+        // The half-edge may name half of the edge it was queued for, which has its own entry.
+        if length_squared(mesh, h).to_bits() == bits {
+            let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
+            let vertex = mesh.split(h, middle);
+            // The edges at the new vertex, and those opposite it, whose half-edges may have changed.
+            let sides = mesh.fan(vertex).map(next).chain(mesh.edges_at(vertex));
+            queue.extend(sides.filter_map(|h| entry(mesh, h)));
+        }
+    }
+}
+
+/// Collapses interior edges shorter than `least` where that makes none longer than `most`.
+fn collapse_short(mesh: &mut HalfedgeMesh, least: f64, most: f64) {
+    let mut marks = vec![0; mesh.vertex_count()];
+    for h in 0..mesh.halfedge_count() as u32 {
+        if !is_edge(mesh, h) || mesh.twin(h) == NO_HALFEDGE || length_squared(mesh, h) >= least * least {
+            continue;
+        }
+        let (a, b) = (mesh.tail(h), mesh.tip(h));
+        let place = match (mesh.is_boundary_vertex(a), mesh.is_boundary_vertex(b)) {
+            (false, false) => mesh.position(a).midpoint(mesh.position(b)),
+            (true, _) => mesh.position(a),
+            (_, true) => mesh.position(b),
+        };
+        let near = |v: u32| mesh.ring(v).all(|w| mesh.position(w).distance_squared(place) <= most * most);
+        if near(a) && near(b) && mesh.is_collapsible(h, &mut marks) && collapse_is_sound(mesh, h, place) {
+            mesh.collapse(h, place);
+        }
+    }
+}
+
+/// Whether the faces around the edge that stay keep their side and shape.
+fn collapse_is_sound(mesh: &HalfedgeMesh, h: u32, place: DVec3) -> bool {
+    let gone = [h / 3, mesh.twin(h) / 3];
+    [mesh.tail(h), mesh.tip(h)].into_iter().all(|v| {
+        mesh.fan(v).filter(|o| !gone.contains(&(o / 3))).all(|o| {
+            let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
+            let (old, new) = ([mesh.position(v), x, y], [place, x, y]);
+            agree(cross(old), cross(new), TURN) && quality(new) >= quality(old).min(LEAST_QUALITY)
+        })
+    })
+}
+
+/// Flips edges that bring the valences of their four vertices closer to six, or four on the boundary.
+fn flip_to_regular(mesh: &mut HalfedgeMesh) {
+    let mut excess: Vec<i32> = (0..mesh.vertex_count() as u32)
+        .map(|v| {
+            mesh.ring(v).count() as i32
+                - if mesh.fan(v).next().is_some() && mesh.is_boundary_vertex(v) { 4 } else { 6 }
+        })
+        .collect();
+    for h in 0..mesh.halfedge_count() as u32 {
+        if !is_edge(mesh, h) || mesh.twin(h) == NO_HALFEDGE {
+            continue;
+        }
+        let t = mesh.twin(h);
+        let corners = [mesh.tail(h), mesh.tail(t), mesh.tail(previous(h)), mesh.tail(previous(t))];
+        let changes = [-1, -1, 1, 1];
+        let deviation = |share: i32| -> i32 {
+            corners.iter().zip(changes).map(|(&v, change)| (excess[v as usize] + share * change).pow(2)).sum()
+        };
+        if deviation(1) >= deviation(0) || !mesh.is_flippable(h) {
+            continue;
+        }
+        let [a, b, c, d] = corners.map(|v| mesh.position(v));
+        let (old, new) = ([[a, b, c], [b, a, d]], [[a, d, c], [d, b, c]]);
+        let worst = |faces: [[DVec3; 3]; 2]| quality(faces[0]).min(quality(faces[1]));
+        let stays = old.iter().all(|&o| new.iter().all(|&n| agree(cross(o), cross(n), TURN)));
+        if stays && worst(new) >= worst(old).min(LEAST_QUALITY) {
+            mesh.flip(h);
+            corners.iter().zip(changes).for_each(|(&v, change)| excess[v as usize] += change);
+        }
+    }
+}
+
+/// Moves every interior vertex to the mean of its ring within its tangent plane, weighted by area so that large
+/// faces shrink, then onto the surface; a move that would turn or spoil a face is left out.
+fn relax(mesh: &mut HalfedgeMesh, surface: &dyn Surface) {
+    let interior: Vec<u32> = (0..mesh.vertex_count() as u32)
+        .filter(|&v| mesh.fan(v).next().is_some() && !mesh.is_boundary_vertex(v))
+        .collect();
+    let queries: Vec<Query> = interior
+        .iter()
+        .map(|&v| {
+            let (mut normal, mut sum, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+            for o in mesh.fan(v) {
+                let [p, x, y] =
+                    [mesh.tail(o), mesh.tail(next(o)), mesh.tail(previous(o))].map(|w| mesh.position(w));
+                let cross = cross([p, x, y]);
+                let area = cross.length();
+                normal += cross;
+                sum += area * (p + x + y) / 3.0;
+                total += area;
+            }
+            let (p, normal) = (mesh.position(v), normal.normalize_or_zero());
+            let step = if total > 0.0 { sum / total - p } else { DVec3::ZERO };
+            let guide = (normal != DVec3::ZERO).then_some(normal);
+            Query { normal: guide, ..Query::at(p + step - normal * normal.dot(step)) }
+        })
+        .collect();
+    for (&v, foot) in interior.iter().zip(projected(surface, &queries)) {
+        let Ok(foot) = foot else { continue };
+        let before = quality_around(mesh, v, mesh.position(v)).unwrap_or(0.0);
+        if quality_around(mesh, v, foot.point).is_some_and(|after| after >= before.min(LEAST_QUALITY)) {
+            mesh.positions[v as usize] = foot.point;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_surfaces::{Sphere, Torus};
+    use crate::triangle_shape::smallest_angles;
+    use ndf_core::mesh::shapes;
+    use ndf_core::{NoProgress, TriangleMesh, ValidationReport};
+
+    fn remeshed(shape: TriangleMesh, surface: Option<&dyn Surface>, edge_length: f64) -> [ManifoldMesh; 2] {
+        let mesh = ManifoldMesh::try_from(shape).unwrap();
+        let options = IsotropicOptions { edge_length, rounds: 10 };
+        let result = remesh_isotropically(&mesh, surface, &options, &NoProgress).unwrap();
+        [mesh, result]
+    }
+
+    #[test]
+    fn edges_get_one_length_and_the_topology_stays() {
+        let torus = Torus(1.0, 0.4);
+        let cases: [(TriangleMesh, Option<&dyn Surface>, f64); 4] = [
+            (shapes::icosphere(2), Some(&Sphere(1.0)), 0.1),
+            (shapes::torus(200, 20, 1.0, 0.4), Some(&torus), 0.12),
+            (shapes::trefoil_knot(300, 30, 0.2), None, 0.08),
+            (shapes::grid(30, 4), None, 0.06),
+        ];
+        for (shape, surface, length) in cases {
+            let [before, after] = remeshed(shape, surface, length);
+            let report = ValidationReport::of(after.as_triangle_mesh());
+            assert_eq!(before.euler_characteristic(), report.euler_characteristic);
+            assert_eq!(report.degenerate_faces.count, 0);
+            let edges = 0..after.edge_count() as u32;
+            let lengths = edges.map(|e| {
+                let [a, b] = after.edge_vertices(e).map(|v| after.positions()[v as usize]);
+                a.distance(b)
+            });
+            let mean = lengths.sum::<f64>() / after.edge_count() as f64;
+            assert!((0.8..1.2).contains(&(mean / length)), "{}", mean / length);
+            let angles = smallest_angles(&after);
+            let low = angles[angles.len() / 20].to_degrees();
+            assert!(low > 25.0, "{low}° with edges of {length}");
+        }
+    }
+
+    #[test]
+    fn vertices_stay_on_the_surface_and_the_boundary() {
+        let [_, sphere] = remeshed(shapes::icosphere(3), Some(&Sphere(1.0)), 0.15);
+        let off = sphere.positions().iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < 0.02, "{off}");
+        let [_, grid] = remeshed(shapes::grid(7, 3), None, 0.05);
+        assert!((grid.as_triangle_mesh().area() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn impossible_lengths_are_refused() {
+        let mesh = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
+        for edge_length in [0.0, -1.0, f64::NAN, 1e-9] {
+            let options = IsotropicOptions { edge_length, rounds: 1 };
+            assert!(remesh_isotropically(&mesh, None, &options, &NoProgress).is_err());
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! A whole training run, and what came out of it.
+
+use ndf_core::progress::Progress;
+use ndf_core::projection::projected;
+use ndf_core::{DisplacementField, ManifoldMesh, Query, Similarity, Surface};
+
+use crate::settings::Settings;
+use crate::state::{Checkpoint, State};
+use crate::trainer::{EpochLosses, TrainError, Trainer};
+
+/// Samples on which the result is measured.
+const MEASURED_SAMPLES: usize = 65_536;
+
+/// Stream of random numbers of the measurement; batches count up from 0.
+const MEASURING_STREAM: u64 = u64::MAX;
+
+/// Batches between states to go back to when training diverges.
+const BATCHES_KEPT: usize = 10;
+
+/// How often training may go back before it gives up.
+const MOST_RETREATS: usize = 8;
+
+/// What came out, measured on fresh samples with true projections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitReport {
+    /// Epochs made.
+    pub epochs: usize,
+    /// Wall seconds of training, those before a resumed checkpoint included.
+    pub seconds: f64,
+    /// Of these, spent on projecting, since the last resumption.
+    pub seconds_projecting: f64,
+    /// Root of the mean squared distance to the surface, in the normalised box.
+    pub projection_rms: f64,
+    /// Largest distance to the surface, in the normalised box.
+    pub projection_max: f64,
+    /// Cycle loss of the last epoch; 0 without cycle loss.
+    pub cycle_loss: f64,
+    /// Share of the samples whose normal opposes the surface's.
+    pub flipped_fraction: f64,
+    /// Share of the samples that have no foot.
+    pub missed_fraction: f64,
+    /// How often training diverged and went on from an earlier state at half the rate.
+    pub retreats: usize,
+    /// Whether training ended before its last epoch.
+    pub interrupted: bool,
+}
+
+/// A learned field, how to get to it from the user's units, and how good it is.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The field, in the normalised box.
+    pub field: DisplacementField,
+    /// From the surface's coordinates to the box.
+    pub similarity: Similarity,
+    /// How good it is.
+    pub report: FitReport,
+}
+
+/// A line of the log: the state of training at the end of a batch.
+#[derive(Clone, Debug)]
+pub struct LogRecord<'a> {
+    /// Epoch, rate, projection and cycle loss.
+    pub losses: EpochLosses,
+    /// Name and unweighted mean of every term.
+    pub terms: &'a [(&'static str, f64)],
+    /// Share of the batch whose normal opposes the surface's.
+    pub flipped_fraction: f64,
+    /// Wall seconds since training began.
+    pub seconds: f64,
+    /// Of these, spent on projecting.
+    pub seconds_projecting: f64,
+}
+
+/// Who watches a training run.
+pub struct Hooks<'a> {
+    /// Progress and cancellation. A cancelled run ends at the end of its batch.
+    pub progress: &'a dyn Progress,
+    /// Called at the end of every batch. Costs a tenth of an epoch.
+    pub log: Option<&'a mut dyn FnMut(&LogRecord<'_>)>,
+}
+
+/// Learns the displacement field of `base` (in the surface's coordinates) that covers `surface`.
+///
+/// # Errors
+/// If the settings or the base mesh are not usable, or training diverges again and again.
+pub fn fit(
+    surface: &dyn Surface,
+    base: &ManifoldMesh,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Fit, TrainError> {
+    let mut trainer = Trainer::new(surface, base, settings)?;
+    train(&mut trainer, &mut Hooks { progress, log: None }).map(|(fit, _)| fit)
+}
+
+/// Takes a trainer to its last epoch, its time limit or its cancellation. The checkpoint is of the end; training
+/// resumed from it goes on exactly as if it had not been interrupted.
+///
+/// Where a loss is not finite or absurd, training goes back to a state ten batches earlier with half the rate.
+///
+/// # Errors
+/// If training diverges again and again, or the surface is out of reach.
+pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, Checkpoint), TrainError> {
+    let mut last = None;
+    let mut kept = [trainer.state.clone(), trainer.state.clone()];
+    let mut batches = 0;
+    let mut retreats = 0;
+    let mut interrupted = false;
+    while trainer.epoch() < trainer.epochs() {
+        if trainer.at_batch_start() {
+            report(trainer, last, hooks.progress);
+            if let (Some(log), Some(losses)) = (&mut hooks.log, last) {
+                log(&LogRecord {
+                    losses,
+                    terms: trainer.term_means(),
+                    flipped_fraction: trainer.flipped_fraction()?,
+                    seconds: trainer.started.elapsed().as_secs_f64(),
+                    seconds_projecting: trainer.projecting.as_secs_f64(),
+                });
+            }
+            let out_of_time = trainer.settings.time_limit.is_some_and(|t| trainer.started.elapsed() >= t);
+            if out_of_time || hooks.progress.cancelled() {
+                interrupted = true;
+                break;
+            }
+            if trainer.epoch() == trainer.settings.identity_epochs {
+                // No way back into a stage that is over.
+                kept = [trainer.state.clone(), trainer.state.clone()];
+            } else if batches % BATCHES_KEPT == 0 {
+                kept.swap(0, 1);
+                kept[1] = trainer.state.clone();
+            }
+            batches += 1;
+        }
+        match trainer.run_epoch() {
+            Ok(losses) => last = Some(losses),
+            Err(TrainError::Diverged { .. }) if retreats < MOST_RETREATS => {
+                retreats += 1;
+                let earlier: &State = &kept[0];
+                trainer.retreat(earlier);
+                kept[1] = kept[0].clone();
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    hooks.progress.report("training", 1.0);
+    let field = trainer.field()?;
+    let checkpoint = trainer.checkpoint()?;
+    let measured = measure(trainer, &field);
+    let cycle_loss = last.map_or(0.0, |l| l.cycle);
+    let report = FitReport { cycle_loss, interrupted, retreats, ..measured };
+    Ok((Fit { field, similarity: trainer.similarity, report }, checkpoint))
+}
+
+fn report(trainer: &Trainer<'_>, last: Option<EpochLosses>, progress: &dyn Progress) {
+    if let Some(EpochLosses { projection, .. }) = last {
+        progress.detail(&format!("distance {:.2e}", projection.sqrt()));
+    }
+    progress.report("training", trainer.epoch() as f64 / trainer.epochs() as f64);
+}
+
+/// Measures `field` on fresh samples with true projections.
+fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
+    let samples = trainer.sampler.sample(MEASURED_SAMPLES, trainer.settings.seed, MEASURING_STREAM);
+    let mapped = field.map_with_tangents(&samples);
+    let similarity = &trainer.similarity;
+    let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
+    let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
+    for (foot, mapped) in projected(trainer.surface, &queries).iter().zip(&mapped) {
+        if let Ok(foot) = foot {
+            let distance = similarity.to_normalised(foot.point).distance(mapped.point);
+            squares += distance * distance;
+            largest = largest.max(distance);
+            hits += 1;
+            flipped += usize::from(foot.normal.dot(mapped.normal()) < 0.0);
+        }
+    }
+    let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+    FitReport {
+        epochs: trainer.epoch(),
+        seconds: trainer.started.elapsed().as_secs_f64(),
+        seconds_projecting: trainer.projecting.as_secs_f64(),
+        projection_rms: (squares / hits.max(1) as f64).sqrt(),
+        projection_max: largest,
+        cycle_loss: 0.0,
+        flipped_fraction: share(flipped, hits),
+        missed_fraction: share(samples.len() - hits, samples.len()),
+        retreats: 0,
+        interrupted: false,
+    }
+}

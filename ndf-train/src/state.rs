@@ -1,0 +1,175 @@
+//! What a training run has learned so far, and its checkpoint file.
+
+use std::path::Path;
+
+use ndf_core::io::atomic_write;
+use ndf_core::network::Mlp;
+use ndf_core::{Hint, Model};
+use serde::{Deserialize, Serialize};
+
+use crate::optimiser::Moments;
+use crate::settings::Settings;
+
+const MAGIC: &[u8; 8] = b"ndfchk1\n";
+
+/// Everything that changes from epoch to epoch.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub(crate) features: Vec<f32>,
+    pub(crate) theta: Mlp,
+    pub(crate) phi: Mlp,
+    /// Of features, θ and φ.
+    pub(crate) moments: [Moments; 3],
+    /// Epochs made, those of the identity stage first.
+    pub(crate) epoch: usize,
+    /// Factor on the learning rate: halved when training diverges.
+    pub(crate) rate_factor: f32,
+}
+
+/// A training run at the end of a batch: enough to go on exactly as if it had not been interrupted.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    pub(crate) settings: Settings,
+    pub(crate) state: State,
+    pub(crate) hints: Vec<Hint>,
+    /// Base mesh, field and similarity as learned so far.
+    pub(crate) model: Model,
+    pub(crate) seconds: f64,
+}
+
+/// Why a file is no checkpoint.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file cannot be read or written.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// Not a checkpoint, or a damaged one.
+    #[error("not a usable checkpoint: {0}")]
+    Content(String),
+}
+
+/// The part of a checkpoint that is words and counts.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    settings: Settings,
+    epoch: usize,
+    rate_factor: f32,
+    seconds: f64,
+    hints: usize,
+    /// Floats of features, θ, φ.
+    counts: [usize; 3],
+    model_bytes: usize,
+}
+
+impl Checkpoint {
+    /// The settings of the run.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Epochs made, the identity stage included.
+    pub fn epoch(&self) -> usize {
+        self.state.epoch
+    }
+
+    /// The model as learned so far.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Writes the checkpoint beside the path and renames it, so that an older one is replaced whole or not at all.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        let bytes = self.to_bytes();
+        Ok(atomic_write(path, |out| out.write_all(&bytes))?)
+    }
+
+    /// Reads a checkpoint.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not a whole checkpoint.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        Self::from_bytes(&std::fs::read(path)?)
+    }
+
+    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints as u32, then for
+    /// features, θ and φ the values, first and second moments as f32; all little-endian.
+    fn to_bytes(&self) -> Vec<u8> {
+        let model = self.model.to_bytes();
+        let State { features, theta, phi, moments, epoch, rate_factor } = &self.state;
+        let groups = [features.as_slice(), theta.parameters(), phi.parameters()];
+        let header = Header {
+            settings: self.settings.clone(),
+            epoch: *epoch,
+            rate_factor: *rate_factor,
+            seconds: self.seconds,
+            hints: self.hints.len(),
+            counts: groups.map(<[f32]>::len),
+            model_bytes: model.len(),
+        };
+        let header = serde_json::to_vec(&header).expect("settings are finite numbers and have string keys");
+        let mut rest = (header.len() as u64).to_le_bytes().to_vec();
+        rest.extend(header);
+        rest.extend(model);
+        rest.extend(self.hints.iter().flat_map(|h| h.0.to_le_bytes()));
+        for (values, moments) in groups.into_iter().zip(moments) {
+            let [first, second] = moments.parts();
+            rest.extend([values, first, second].into_iter().flatten().flat_map(|x| x.to_le_bytes()));
+        }
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(crc32fast::hash(&rest).to_le_bytes());
+        bytes.extend(rest);
+        bytes
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, CheckpointError> {
+        let content = |what: &str| CheckpointError::Content(what.to_owned());
+        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| content("it does not begin as one"))?;
+        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(|| content("it is cut short"))?;
+        if crc32fast::hash(rest) != u32::from_le_bytes(*sum) {
+            return Err(content("its checksum does not match"));
+        }
+        // The checksum holds: what follows was written by this program, of this or another version.
+        let mut rest = rest;
+        let mut take = |n: usize| {
+            let (head, tail) = rest.split_at_checked(n).ok_or_else(|| content("it is cut short"))?;
+            rest = tail;
+            Ok::<&[u8], CheckpointError>(head)
+        };
+        let length = u64::from_le_bytes(*take(8)?.first_chunk().expect("eight bytes were taken"));
+        let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
+            .map_err(|e| content(&format!("its header is of another version ({e})")))?;
+        let model = Model::from_bytes(take(header.model_bytes)?).map_err(|e| content(&e.to_string()))?;
+        let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
+        let hints = words(take(header.hints.saturating_mul(4))?);
+        let hints = hints.into_iter().map(|b| Hint(u32::from_le_bytes(b))).collect();
+        let mut floats = |count: usize| -> Result<Vec<f32>, CheckpointError> {
+            Ok(words(take(count.saturating_mul(4))?).into_iter().map(f32::from_le_bytes).collect())
+        };
+        let mut group = |count: usize| -> Result<(Vec<f32>, Moments), CheckpointError> {
+            Ok((floats(count)?, Moments::of_parts(floats(count)?, floats(count)?)))
+        };
+        let (features, of_features) = group(header.counts[0])?;
+        let (theta, of_theta) = group(header.counts[1])?;
+        let (phi, of_phi) = group(header.counts[2])?;
+        let settings = header.settings;
+        let theta = Mlp::new(settings.field.network(), theta)
+            .ok_or_else(|| content("its network has another shape"))?;
+        let phi = Mlp::new(settings.reverse_network(), phi)
+            .ok_or_else(|| content("its reverse map has another shape"))?;
+        if features.len() != model.field.features().len() {
+            return Err(content("its features do not fit its base mesh"));
+        }
+        let state = State {
+            features,
+            theta,
+            phi,
+            moments: [of_features, of_theta, of_phi],
+            epoch: header.epoch,
+            rate_factor: header.rate_factor,
+        };
+        Ok(Self { settings, state, hints, model, seconds: header.seconds })
+    }
+}

@@ -1,0 +1,167 @@
+//! Runs that are interrupted, resumed, led astray or held by anchors.
+
+#![allow(clippy::unwrap_used, reason = "all of this file is test code")]
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use ndf_core::mesh::shapes;
+use ndf_core::progress::{NoProgress, Progress};
+use ndf_core::{BoundingBox, DVec3, FieldShape, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_train::{Checkpoint, Fit, Hooks, Schedule, Settings, Trainer, train};
+
+/// The unit sphere.
+struct Sphere;
+
+impl Surface for Sphere {
+    fn bounds(&self) -> BoundingBox {
+        BoundingBox { min: DVec3::NEG_ONE, max: DVec3::ONE }
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+        for (query, foot) in queries.iter().zip(feet) {
+            let normal = query.point.normalize_or_zero();
+            let usable = query.point.is_finite() && normal != DVec3::ZERO;
+            *foot =
+                if usable { Ok(Foot { point: normal, normal, hint: Hint(7) }) } else { Err(Miss::NotFinite) };
+        }
+    }
+}
+
+fn base() -> ManifoldMesh {
+    ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold")
+}
+
+fn quick() -> Settings {
+    Settings { epochs: 120, samples: 500, ..Settings::default() }
+}
+
+/// Cancels after it was asked so many times.
+struct CancelAfter(AtomicUsize);
+
+impl Progress for CancelAfter {
+    fn report(&self, _stage: &str, _fraction: f64) {}
+    fn cancelled(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 1
+    }
+}
+
+fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, Checkpoint) {
+    train(trainer, &mut Hooks { progress, log: None }).expect("the sphere can be learned")
+}
+
+fn bits(fit: &Fit) -> Vec<u32> {
+    let all = fit.field.features().iter().chain(fit.field.network().parameters());
+    all.map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn a_resumed_run_equals_the_unbroken_one() {
+    let paper_like = Settings {
+        field: FieldShape { residual: false, ..FieldShape::default() },
+        identity_epochs: 35,
+        ..quick()
+    };
+    let everything = Settings { lambda_d: 1.0, lambda_n: 10.0, lambda_f: 5.0, ..quick() };
+    for settings in [quick(), paper_like, everything] {
+        let (unbroken, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+        for after in [1, 4, 9] {
+            let cancel = CancelAfter(AtomicUsize::new(after));
+            let (broken, checkpoint) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &cancel);
+            assert!(broken.report.interrupted && checkpoint.epoch() < 120);
+            let path = std::env::temp_dir().join(format!("ndf-run-{}-{after}", std::process::id()));
+            checkpoint.write(&path).unwrap();
+            let read = Checkpoint::read(&path).unwrap();
+            std::fs::remove_file(&path).unwrap();
+            let (resumed, _) = run(&mut Trainer::resumed(&Sphere, read).unwrap(), &NoProgress);
+            assert_eq!(bits(&resumed), bits(&unbroken), "after {after} batches of {settings:?}");
+            assert_eq!(resumed.report.epochs, unbroken.report.epochs);
+        }
+    }
+}
+
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let cancel = CancelAfter(AtomicUsize::new(2));
+    let (_, checkpoint) = run(&mut Trainer::new(&Sphere, &base(), &quick()).unwrap(), &cancel);
+    let path = std::env::temp_dir().join(format!("ndf-damaged-{}", std::process::id()));
+    checkpoint.write(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    for at in [0, 9, 40, bytes.len() / 2, bytes.len() - 1] {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 4;
+        std::fs::write(&path, &damaged).unwrap();
+        assert!(Checkpoint::read(&path).is_err(), "byte {at}");
+        std::fs::write(&path, &bytes[..at]).unwrap();
+        assert!(Checkpoint::read(&path).is_err(), "{at} bytes");
+    }
+    std::fs::remove_file(&path).unwrap();
+}
+
+#[test]
+fn a_run_that_goes_astray_comes_back_at_a_smaller_rate() {
+    let settings = Settings { rate: Schedule::constant(1.0), epochs: 100, ..quick() };
+    let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    assert!(fit.report.retreats > 0 && fit.report.epochs == 100, "{:?}", fit.report);
+    assert!(fit.report.projection_rms.is_finite());
+}
+
+#[test]
+fn the_identity_stage_makes_both_networks_the_identity() {
+    let settings = Settings {
+        field: FieldShape { residual: false, ..FieldShape::default() },
+        identity_epochs: 600,
+        epochs: 0,
+        feature_rate: 1.0,
+        ..quick()
+    };
+    let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    let samples = ndf_core::sampling::AreaSampler::of_manifold(fit.field.base()).unwrap().sample(500, 5, 0);
+    let base = fit.field.base().as_triangle_mesh();
+    let moved =
+        fit.field.map(&samples).into_iter().zip(&samples).map(|(y, s)| y.distance_squared(s.position(base)));
+    let rms = (moved.sum::<f64>() / 500.0).sqrt();
+    assert!(rms < 0.05, "{rms} {:?}", fit.report);
+    assert!(fit.report.cycle_loss < 0.01, "{:?}", fit.report);
+}
+
+#[test]
+fn anchors_turn_the_map() {
+    // The sphere slides along itself freely; anchors turn it by a tenth about z.
+    let turn = |p: DVec3| ndf_core::glam::DMat3::from_rotation_z(0.1) * p;
+    let pairs: Vec<(DVec3, DVec3)> = base().positions().iter().step_by(5).map(|&p| (p, turn(p))).collect();
+    let settings = Settings { epochs: 600, ..quick() };
+    let apart = |fit: &Fit| {
+        let tree = ndf_core::TriangleTree::new(fit.field.base().as_triangle_mesh());
+        let distance = |&(p, q): &(DVec3, DVec3)| {
+            let at = tree.closest_point(fit.similarity.to_normalised(p), Hint::NONE).unwrap();
+            let sample = ndf_core::sampling::FaceSample { face: at.face, barycentric: at.barycentric };
+            fit.field.map(&[sample])[0].distance(fit.similarity.to_normalised(q))
+        };
+        pairs.iter().map(distance).sum::<f64>() / pairs.len() as f64
+    };
+    let (free, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    let (held, _) =
+        run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap().with_anchors(&pairs), &NoProgress);
+    assert!(apart(&held) < 0.2 * apart(&free), "{} {}", apart(&held), apart(&free));
+}
+
+#[test]
+fn alignment_of_normals_aligns_them_and_logs_tell() {
+    let angle = |lambda_n: f32| {
+        let settings = Settings { lambda_n, epochs: 400, ..quick() };
+        let mut trainer = Trainer::new(&Sphere, &base(), &settings).unwrap();
+        let mut lines = 0;
+        let mut log = |record: &ndf_train::LogRecord<'_>| {
+            lines += 1;
+            assert!(record.terms[0].0 == "projection" && record.losses.rate > 0.0);
+        };
+        let (fit, _) =
+            train(&mut trainer, &mut Hooks { progress: &NoProgress, log: Some(&mut log) }).unwrap();
+        assert_eq!(lines, 39, "one for every batch but the first");
+        let samples =
+            ndf_core::sampling::AreaSampler::of_manifold(fit.field.base()).unwrap().sample(2000, 5, 0);
+        let mapped = fit.field.map_with_tangents(&samples);
+        mapped.iter().map(|m| 1.0 - m.normal().dot(m.point.normalize())).sum::<f64>() / 2000.0
+    };
+    assert!(angle(1e3) < 0.7 * angle(0.0), "{} {}", angle(1e3), angle(0.0));
+}

@@ -1,0 +1,79 @@
+//! The table of the README: what the default preset makes of real meshes.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use ndf_cli::commands::extract::{EdgeLength, extracted};
+use ndf_cli::commands::fit::{Job, fit_file};
+use ndf_cli::context::{Context, Options};
+use ndf_core::metrics::{MeasureOptions, measure};
+use ndf_train::Settings;
+
+use crate::shell::root;
+
+const MESHES: &[&str] =
+    &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];
+const BASE_FACES: u32 = 4000;
+const EDGE_LENGTH: f64 = 0.02;
+
+/// The table goes between these lines of the README.
+const BEGIN: &str = "<!-- table: cargo xtask table -->\n";
+const END: &str = "<!-- end of table -->";
+
+/// Fits every mesh that is there and rewrites the table.
+pub(crate) fn run(data: &Path) -> Result<(), String> {
+    let folder = root().join(data);
+    let context = Context::new(Options { quiet: true, ..Options::default() });
+    let mut table = String::from(
+        "| mesh | faces | base mesh, mean distance | learned surface | ratio | largest distance | flipped | training | model |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for file in MESHES {
+        let path = folder.join(file);
+        if !path.exists() {
+            return Err(format!("{} is not there; --data names the folder of the meshes", path.display()));
+        }
+        let row = row(file, &path, &context)?;
+        eprint!("{row}");
+        table += &row;
+    }
+    let readme = root().join("README.md");
+    let text = fs::read_to_string(&readme).map_err(|e| format!("README.md: {e}"))?;
+    let (before, rest) = text.split_once(BEGIN).ok_or("README.md has no place for the table")?;
+    let (_, after) = rest.split_once(END).ok_or("README.md has no end of the table")?;
+    fs::write(&readme, format!("{before}{BEGIN}{table}{END}{after}")).map_err(|e| format!("README.md: {e}"))
+}
+
+fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
+    let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
+    let (fitted, _) =
+        fit_file(&Job::new(path, BASE_FACES, Settings::default()), context).map_err(|e| say(&e))?;
+    let surface = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    let reference = fitted.input.manifold.as_ref().map_err(|e| say(e))?.as_triangle_mesh();
+    let options = MeasureOptions::default();
+    let base = measure(reference, fitted.base.as_triangle_mesh(), &options).map_err(|e| say(&e))?;
+    let learned = measure(reference, surface.as_triangle_mesh(), &options).map_err(|e| say(&e))?;
+    let share = |x: f64| 100.0 * x / learned.diagonal;
+    let (before, after) = (base.mesh_to_reference.mean, learned.mesh_to_reference.mean);
+    let (before_back, after_back) = (base.reference_to_mesh.mean, learned.reference_to_mesh.mean);
+    let mut row = String::new();
+    writeln!(
+        row,
+        "| {name} | {} | {:.4} / {:.4} % | {:.4} / {:.4} % | {:.3} / {:.3} | {:.2} → {:.2} % | {:.3} % | {:.0} s | {:.0} kB |",
+        reference.face_count(),
+        share(before),
+        share(before_back),
+        share(after),
+        share(after_back),
+        after / before,
+        after_back / before_back,
+        share(base.hausdorff),
+        share(learned.hausdorff),
+        100.0 * learned.flipped_fraction,
+        fitted.report.seconds,
+        fitted.model.section_sizes().total as f64 / 1000.0,
+    )
+    .expect("writing to a string does not fail");
+    Ok(row)
+}
