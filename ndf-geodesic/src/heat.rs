@@ -16,10 +16,12 @@
 //! # When to use which
 //! [Exact windows](crate::exact_distances) where distances are measured, compared or followed back to paths:
 //! exact on any triangulation, slivers included. Heat where the same surface is asked again and again from
-//! other sources, where a smooth field is wanted, or where errors of about one per cent do not matter. Heat
-//! wants a Delaunay triangulation: elsewhere cotangents may be negative and the maximum principle fails; flip
-//! the intrinsic mesh first. Without flips the result is a number everywhere, but may be far off around
-//! slivers.
+//! other sources, where a smooth field is wanted, or where errors of about one per cent do not matter.
+//!
+//! # Delaunay
+//! On other triangulations cotangents may be negative and heat may fall below zero. The solver therefore works
+//! on the intrinsic Delaunay triangulation, which it flips to (Bobenko and Springborn 2007): the surface and
+//! its vertices stay the same.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
@@ -36,7 +38,9 @@ const MOLLIFICATION: f64 = 1e-8;
 
 /// The factorised heat method of a mesh; see the [module](self).
 pub struct HeatSolver {
-    /// Edge lengths as given, mollified where faces had no area.
+    /// The mesh as given, whose points sources are.
+    given: IntrinsicMesh,
+    /// The same vertices, mollified where faces had no area, and flipped to Delaunay.
     mesh: IntrinsicMesh,
     time: f64,
     heat: Llt<usize, f64>,
@@ -60,8 +64,10 @@ impl HeatSolver {
     /// # Errors
     /// As [`new`](Self::new); also if `time` is not positive.
     pub fn with_time(mesh: &IntrinsicMesh, time: f64) -> Result<Self, GeodesicError> {
+        let given = mesh.clone();
         let mut mesh = mesh.clone();
         mesh.mollify(MOLLIFICATION);
+        mesh.flip_to_delaunay();
         let mean = mesh.lengths().iter().sum::<f64>() / mesh.edge_count().max(1) as f64;
         let step = time * mean * mean;
         let failed = |reason: String| GeodesicError::Factorisation { reason };
@@ -116,7 +122,7 @@ impl HeatSolver {
                 .map_err(|e| failed(format!("{e:?}")))
         };
         let (heat, poisson) = (factorise(&heat)?, factorise(&poisson)?);
-        Ok(Self { mesh, time: step, heat, poisson, components })
+        Ok(Self { given, mesh, time: step, heat, poisson, components })
     }
 
     /// The time heat diffuses for, in squared units of the mesh's lengths.
@@ -140,8 +146,8 @@ impl HeatSolver {
         // Each source as vertices and weights.
         let mut weights = Vec::new();
         for &source in sources {
-            let point = Place::of(&self.mesh, source)?.as_face_point(&self.mesh);
-            let corners = self.mesh.face_vertices(point.face);
+            let point = Place::of(&self.given, source)?.as_face_point(&self.given);
+            let corners = self.given.face_vertices(point.face);
             for (v, b) in corners.into_iter().zip(point.barycentric) {
                 heat[(v as usize, 0)] += b;
             }
@@ -249,6 +255,13 @@ mod tests {
         let inside = SurfacePoint::Face { face: 1111, barycentric: [0.2, 0.3, 0.5] };
         assert!(mean_error(&grid, &[inside]) < 0.03);
         assert!(mean_error(&grid, &[SurfacePoint::Vertex(0), inside]) < 0.03);
+    }
+
+    #[test]
+    fn stretched_meshes_are_flipped_first() {
+        let stretched = shapes::grid(40, 40).map_positions(|p| p * ndf_core::DVec3::new(20.0, 1.0, 1.0));
+        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(stretched).unwrap());
+        assert!(mean_error(&mesh, &[SurfacePoint::Vertex(17 * 41 + 20)]) < 0.05);
     }
 
     #[test]
