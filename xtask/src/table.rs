@@ -15,7 +15,7 @@ use crate::shell::root;
 const MESHES: &[&str] =
     &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];
 const BASE_FACES: u32 = 4000;
-const EDGE_LENGTH: f64 = 0.02;
+const EDGE_LENGTH: f64 = 0.01;
 
 /// The table goes between these lines of the README.
 const BEGIN: &str = "<!-- table: cargo xtask table -->\n";
@@ -49,7 +49,7 @@ fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
     let (fitted, _) =
         fit_file(&Job::new(path, BASE_FACES, Settings::default()), context).map_err(|e| say(&e))?;
-    let surface = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
     let reference = fitted.input.manifold.as_ref().map_err(|e| say(e))?.as_triangle_mesh();
     let options = MeasureOptions::default();
     let base = measure(reference, fitted.base.as_triangle_mesh(), &options).map_err(|e| say(&e))?;

@@ -33,14 +33,14 @@ pub struct Arguments {
     no_refine: bool,
 }
 
-/// The longest edge wanted.
+/// The edge length wanted.
 #[derive(Args, Clone, Copy, Debug)]
 #[group(required = true, multiple = false)]
 pub struct EdgeLength {
-    /// Longest edge, in the input's units.
+    /// Length of edges, in the input's units: about this, or at most this with `--no-refine`.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
-    /// Longest edge where the base mesh fills the box [-1.5, 1.5]³.
+    /// The same where the base mesh fills the box [-1.5, 1.5]³.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
 }

@@ -141,6 +141,7 @@ impl WithSimd for Tangents<'_> {
                 mapped.point = self.field.origin(point) + output_row(self.activations, row);
             }
             for to in [1, 2] {
+                let along_edge = if to == 1 { [-1.0, 1.0, 0.0] } else { [-1.0, 0.0, 1.0] };
                 let stride = self.activations.input_stride();
                 let rows = self.activations.input_mut().chunks_exact(stride);
                 let tangent_rows = self.tangent.input_mut().chunks_exact_mut(stride);
