@@ -16,6 +16,7 @@ pub mod output;
 pub mod progress;
 pub mod render;
 pub mod report;
+pub mod triangulation;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -51,6 +51,11 @@ impl EdgeLength {
         Self { edge_length: None, relative_edge_length: Some(length) }
     }
 
+    /// The one of two lengths that is given.
+    pub fn of(edge_length: Option<f64>, relative_edge_length: Option<f64>) -> Option<Self> {
+        edge_length.or(relative_edge_length).map(|_| Self { edge_length, relative_edge_length })
+    }
+
     /// The length in the box.
     pub fn normalised(&self, similarity: &Similarity) -> f64 {
         match (self.edge_length, self.relative_edge_length) {

@@ -3,6 +3,7 @@
 pub mod demo;
 pub mod extract;
 pub mod fit;
+pub mod geodesic;
 pub mod info;
 pub mod measure;
 pub mod mesh;
@@ -26,6 +27,8 @@ pub enum Command {
     Fit(fit::Arguments),
     /// Make a mesh of a model, as fine as is asked for
     Extract(extract::Arguments),
+    /// Measure distances over a surface, and find shortest paths
+    Geodesic(geodesic::Arguments),
     /// Tell what a file is: counts, topology, defects
     Info(info::Arguments),
     /// Mesh a surface directly, without learning
@@ -48,6 +51,7 @@ impl Command {
             Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),
+            Self::Geodesic(arguments) => geodesic::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Measure(arguments) => measure::run(arguments, context),

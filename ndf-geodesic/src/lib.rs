@@ -1,0 +1,48 @@
+//! Geodesic distances and shortest paths on intrinsic triangulations, hence on any mesh.
+//!
+//! - [`exact_distances`]: exact polyhedral distances from any number of points, by windows (Mitchell, Mount
+//!   and Papadimitriou 1987) that cross faces in whole lists (Qin et al. 2016); distances at any point and
+//!   shortest paths back from the windows, when they are kept.
+//! - [`HeatSolver`]: smooth approximate distances, many sources for one factorisation (Crane, Weischedel and
+//!   Wardetzky 2013). Its [module](heat) says when to use which.
+//!
+//! ```
+//! use ndf_core::{ManifoldMesh, SurfacePoint, mesh::shapes};
+//! use ndf_geodesic::{ExactOptions, exact_distances};
+//! use ndf_intrinsic::IntrinsicMesh;
+//!
+//! let cube = ManifoldMesh::try_from(shapes::cube(1)).expect("a cube is a manifold");
+//! let mesh = IntrinsicMesh::of_mesh(&cube);
+//! let source = SurfacePoint::Face { face: 0, barycentric: [0.5, 0.5, 0.0] };
+//! let geodesics = exact_distances(&mesh, &[source], &ExactOptions::with_windows())?;
+//! assert_eq!(geodesics.unreached(), 0);
+//! let path = geodesics.path_to(SurfacePoint::Vertex(7))?;
+//! assert_eq!(path.length, geodesics.distances()[7]);
+//! # Ok::<(), ndf_geodesic::GeodesicError>(())
+//! ```
+//!
+//! # How windows travel
+//! Windows wait in [lists](envelope) at the half-edges through which they [enter faces](windows). The
+//! [wavefront](propagation) takes the nearest list, lets the edge's vertices rule out what they can, carries
+//! it [across the face](unfolding) and adds the two lists that result to those waiting there. Vertices it
+//! reaches become [pseudo-sources](pseudo_sources) where shortest paths can bend.
+
+// The private modules are named above for readers of the source.
+#![allow(rustdoc::private_intra_doc_links)]
+
+mod envelope;
+pub mod exact;
+mod front;
+pub mod heat;
+pub mod paths;
+mod pending;
+mod propagation;
+mod pseudo_sources;
+mod queries;
+mod sources;
+mod unfolding;
+mod windows;
+
+pub use exact::{ExactOptions, GeodesicError, Geodesics, Statistics, exact_distances};
+pub use heat::HeatSolver;
+pub use paths::Path;

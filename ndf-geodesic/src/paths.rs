@@ -1,0 +1,202 @@
+//! Shortest paths, followed back from a point to its source.
+//!
+//! A path is straight between pseudo-sources: each piece is found by the window that gives the distance, and
+//! unrolled face by face towards the window's root.
+
+use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
+use ndf_intrinsic::IntrinsicMesh;
+
+use crate::exact::{GeodesicError, Geodesics};
+use crate::pseudo_sources::Root;
+use crate::queries::Piece;
+use crate::sources::Place;
+use crate::unfolding::Layout;
+
+/// A root is where a vertex is if it misses it by less than this, relative to the lengths around.
+const ARRIVED: f64 = 1e-7;
+
+/// Crossings this near to the end of an edge, relatively, are reported as the vertex there.
+const AT_VERTEX: f64 = 1e-12;
+
+/// A shortest path on a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// The corners of the polyline, from the point asked for to the source: straight in a face between each
+    /// two.
+    pub points: Vec<SurfacePoint>,
+    /// Its length: the distance of the point.
+    pub length: f64,
+    /// Which source it ends at, as an index of those given.
+    pub source: usize,
+}
+
+impl Path {
+    /// Positions of the polyline's corners on the embedded mesh.
+    ///
+    /// # Panics
+    /// If `mesh` is not the one whose distances these are.
+    pub fn positions(&self, mesh: &ManifoldMesh) -> Vec<DVec3> {
+        self.points.iter().map(|p| p.position(mesh)).collect()
+    }
+}
+
+/// A line on its way back through the surface: it crosses `halfedge`, leaving that half-edge's face, towards
+/// a root.
+#[derive(Clone, Copy, Debug)]
+struct Ray {
+    halfedge: u32,
+    /// Where it crosses, as a length from the tail.
+    crossing: f64,
+    /// The root in the frame of the half-edge: along it, and below it.
+    x: f64,
+    depth: f64,
+}
+
+impl Geodesics<'_> {
+    /// A shortest path from a point of the mesh back to its nearest source; where several are equally short,
+    /// one of them. O(windows of the faces with a corner, and faces crossed).
+    ///
+    /// # Errors
+    /// If the windows were not [kept](crate::ExactOptions::keep_windows), the point is not on the mesh, no
+    /// source reaches it, or lengths that are not those of a surface lead the path astray.
+    pub fn path_to(&self, point: SurfacePoint) -> Result<Path, GeodesicError> {
+        let length = self.distance_at(point)?;
+        if self.windows.is_empty() {
+            return Err(GeodesicError::WindowsNotKept);
+        }
+        if length.is_infinite() {
+            return Err(GeodesicError::Unreached { point });
+        }
+        let lost = || GeodesicError::PathLost { point };
+        let place = Place::of(self.mesh, point)?;
+        let mut points = vec![match place {
+            Place::Vertex(v) => SurfacePoint::Vertex(v),
+            Place::Face(_) => point,
+        }];
+        let mut piece = match place {
+            Place::Face(p) => self.nearest_in_face(&p).piece.ok_or_else(lost)?,
+            Place::Vertex(v) => Piece::Vertex(v),
+        };
+        // Every vertex on the way is nearer than the one before.
+        for _ in 0..=self.mesh.vertex_count() {
+            let reached = match piece {
+                Piece::Vertex(v) => Root::Vertex(v),
+                Piece::Source(number) => Root::Source(number),
+                Piece::Window { halfedge, window, crossing } => {
+                    let ray = Ray { halfedge, crossing, x: window.x, depth: window.depth };
+                    let root = Root::decode(window.root, self.mesh.vertex_count());
+                    self.follow(ray, root, &mut points).ok_or_else(lost)?
+                }
+            };
+            let vertex = match reached {
+                Root::Source(number) => {
+                    let Place::Face(source) = self.sources[number as usize] else { return Err(lost()) };
+                    push(&mut points, source.to_surface_point(self.mesh));
+                    return Ok(Path { points, length, source: number as usize });
+                }
+                Root::Vertex(vertex) => vertex,
+            };
+            push(&mut points, SurfacePoint::Vertex(vertex));
+            if let Some(source) = self.sources.iter().position(|s| *s == Place::Vertex(vertex)) {
+                return Ok(Path { points, length, source });
+            }
+            piece = self.nearest_to_vertex(vertex).piece.ok_or_else(lost)?;
+        }
+        Err(lost())
+    }
+
+    /// Follows a line back to its root or to a vertex that lies on it, appending where it crosses edges;
+    /// returns which. `None` where it misses the root.
+    fn follow(&self, mut ray: Ray, root: Root, points: &mut Vec<SurfacePoint>) -> Option<Root> {
+        // A shortest path crosses a face at most once for every source and bend.
+        for _ in 0..=2 * self.mesh.face_count() {
+            let point = on_halfedge(self.mesh, ray.halfedge, ray.crossing);
+            if let SurfacePoint::Vertex(v) = point {
+                // The vertex' own path is as short as the rest of this line, and needs no unrolling around
+                // it.
+                return Some(Root::Vertex(v));
+            }
+            push(points, point);
+            let halfedge = self.mesh.twin(ray.halfedge)?;
+            let layout = Layout::of(self.mesh, halfedge);
+            let at = [layout.length - ray.x, ray.depth];
+            if self.is_root(root, halfedge, &layout, at) {
+                return Some(root);
+            }
+            ray = leave(self.mesh, halfedge, &layout, layout.length - ray.crossing, at);
+        }
+        None
+    }
+
+    /// Whether the root is in the face of a half-edge, laid out above it, at this point.
+    fn is_root(&self, root: Root, halfedge: u32, layout: &Layout, [x, y]: [f64; 2]) -> bool {
+        let is_at = |[px, py]: [f64; 2]| {
+            (px - x).hypot(py - y) <= ARRIVED * (layout.length + layout.apex[1] + x.abs() + y.abs())
+        };
+        match root {
+            Root::Vertex(v) => {
+                let corners = [halfedge, self.mesh.next(halfedge), self.mesh.previous(halfedge)];
+                let positions = [[0.0, 0.0], [layout.length, 0.0], layout.apex];
+                corners.iter().zip(positions).any(|(&c, p)| self.mesh.tail(c) == v && is_at(p))
+            }
+            Root::Source(number) => match self.sources[number as usize] {
+                Place::Face(source) => {
+                    source.face == halfedge / 3 && is_at(source.above(layout, halfedge % 3))
+                }
+                Place::Vertex(_) => false,
+            },
+        }
+    }
+}
+
+/// Carries a line on from the point `from` of the x axis through the face of `halfedge`, laid out above it,
+/// towards the root `to`: to the side where it leaves.
+fn leave(mesh: &IntrinsicMesh, halfedge: u32, layout: &Layout, from: f64, to: [f64; 2]) -> Ray {
+    let tip = [layout.length, 0.0];
+    let (right, right_miss) = meet(mesh.next(halfedge), tip, layout.apex, from, to);
+    let (left, left_miss) = meet(mesh.previous(halfedge), layout.apex, [0.0, 0.0], from, to);
+    let [ax, ay] = layout.apex;
+    let apex_is_left = to[0] * ay - from * ay - to[1] * (ax - from) > 0.0;
+    // In a face without area the line is parallel to all sides; the side that it lies on is the one it does
+    // not miss.
+    if right_miss < left_miss || (right_miss == left_miss && apex_is_left) { right } else { left }
+}
+
+/// Where the line from the point `from` of the x axis to `to` meets the side between two points, and by how
+/// much it misses that side.
+fn meet(side: u32, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [f64; 2]) -> (Ray, f64) {
+    let length = (hx - tx).hypot(hy - ty);
+    let [ex, ey] = if length > 0.0 { [(hx - tx) / length, (hy - ty) / length] } else { [1.0, 0.0] };
+    let into = |x: f64, y: f64| {
+        let [dx, dy] = [x - tx, y - ty];
+        [dx * ex + dy * ey, ex * dy - ey * dx]
+    };
+    let ([px, py], [x, y]) = (into(from, 0.0), into(to[0], to[1]));
+    let (above, depth) = (py.max(0.0), (-y).max(0.0));
+    let sum = above + depth;
+    let crossing = if sum > 0.0 { px + (x - px) * (above / sum) } else { px };
+    // Missing also means a root on this side of the side's line.
+    let miss = (-crossing).max(crossing - length).max(y).max(0.0);
+    (Ray { halfedge: side, crossing: crossing.clamp(0.0, length), x, depth }, miss)
+}
+
+/// The point of a half-edge at this length from its tail.
+fn on_halfedge(mesh: &IntrinsicMesh, halfedge: u32, along: f64) -> SurfacePoint {
+    let length = mesh.halfedge_length(halfedge);
+    let t = if length > 0.0 { along / length } else { 0.0 };
+    if t <= AT_VERTEX {
+        return SurfacePoint::Vertex(mesh.tail(halfedge));
+    }
+    if t >= 1.0 - AT_VERTEX {
+        return SurfacePoint::Vertex(mesh.tip(halfedge));
+    }
+    let edge = mesh.halfedge_edge(halfedge);
+    SurfacePoint::Edge { edge, t: if mesh.edge_halfedge(edge) == halfedge { t } else { 1.0 - t } }
+}
+
+/// Appends a point that is not the last one again.
+fn push(points: &mut Vec<SurfacePoint>, point: SurfacePoint) {
+    if points.last() != Some(&point) {
+        points.push(point);
+    }
+}

@@ -1,0 +1,214 @@
+//! A face laid out in the plane of the half-edge through which windows enter it, and windows carried across
+//! it.
+
+use ndf_intrinsic::{IntrinsicMesh, triangle};
+
+use crate::envelope::push_ordered;
+use crate::windows::Window;
+
+/// A face above the x axis: tail of the entered half-edge at the origin, tip at `(length, 0)`.
+///
+/// The *left* side joins tail and apex, the *right* side apex and tip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    pub(crate) length: f64,
+    pub(crate) apex: [f64; 2],
+    left_length: f64,
+    right_length: f64,
+    /// Unit vector from tail to apex.
+    left: [f64; 2],
+    /// Unit vector from tip to apex, mirrored in x.
+    right: [f64; 2],
+}
+
+/// Sides and area of every face, side by side: what laying out takes, without its square root.
+pub(crate) struct Shapes(Vec<([f64; 3], f64)>);
+
+impl Shapes {
+    pub(crate) fn of(mesh: &IntrinsicMesh) -> Self {
+        let shape = |f| {
+            let sides = mesh.sides(f);
+            (sides, triangle::area(sides))
+        };
+        Self((0..mesh.face_count() as u32).map(shape).collect())
+    }
+
+    /// The face of a half-edge, laid out above it.
+    #[inline]
+    pub(crate) fn layout(&self, halfedge: u32) -> Layout {
+        let (sides, area) = self.0[halfedge as usize / 3];
+        let [a, b, c] = sides;
+        let sides = match halfedge % 3 {
+            0 => [a, b, c],
+            1 => [b, c, a],
+            _ => [c, a, b],
+        };
+        Layout::new(sides, area)
+    }
+
+    /// Length of a half-edge.
+    #[inline]
+    pub(crate) fn length(&self, halfedge: u32) -> f64 {
+        self.0[halfedge as usize / 3].0[halfedge as usize % 3]
+    }
+
+    /// Cosine and sine of the angle at the tail of a half-edge in its face, times one number.
+    #[inline]
+    pub(crate) fn corner(&self, halfedge: u32) -> [f64; 2] {
+        let (sides, area) = self.0[halfedge as usize / 3];
+        let c = halfedge as usize % 3;
+        let (ahead, behind, opposite) = (sides[c], sides[(c + 2) % 3], sides[(c + 1) % 3]);
+        let (longer, shorter) = if ahead > behind { (ahead, behind) } else { (behind, ahead) };
+        [shorter * shorter + (longer - opposite) * (longer + opposite), 4.0 * area]
+    }
+}
+
+fn unit([x, y]: [f64; 2]) -> [f64; 2] {
+    let length = (x * x + y * y).sqrt();
+    // A side without length: no window crosses it, any direction will do.
+    if length > 0.0 { [x / length, y / length] } else { [0.0, 1.0] }
+}
+
+/// Where the windows of a list arrive at the apex.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ApexArrival {
+    /// Distance of the apex.
+    pub(crate) distance: f64,
+    /// Where the path crosses the entered half-edge.
+    pub(crate) crossing: f64,
+}
+
+impl Layout {
+    /// Lays out a triangle by its sides, beginning with the one on the x axis, counter-clockwise, and its
+    /// area.
+    #[inline]
+    fn new(sides: [f64; 3], area: f64) -> Self {
+        let [length, right_length, left_length] = sides;
+        let (sum, difference) = (left_length + right_length, left_length - right_length);
+        let apex = if length == 0.0 {
+            [0.0, left_length]
+        } else {
+            [0.5 * (length + difference * (sum / length)), 2.0 * area / length]
+        };
+        Self {
+            length,
+            apex,
+            left_length,
+            right_length,
+            left: unit(apex),
+            right: unit([length - apex[0], apex[1]]),
+        }
+    }
+
+    /// The face of a half-edge, laid out above it.
+    pub(crate) fn of(mesh: &IntrinsicMesh, halfedge: u32) -> Self {
+        let sides = mesh.sides_from(halfedge);
+        Self::new(sides, triangle::area(sides))
+    }
+
+    /// The part of a window that crosses the left side, in the frame of the half-edge that enters the next
+    /// face there: from tail to apex. `crossing` is where the line from the root to the apex crosses the x
+    /// axis.
+    #[inline]
+    pub(crate) fn left_part(&self, w: &Window, crossing: f64) -> Option<Window> {
+        across(self.left, self.left_length, w.x, w.depth, w.start, w.end, crossing)
+            .map(|(start, end, x, depth)| Window { start, end, x, depth, ..*w })
+    }
+
+    /// The part of a window that crosses the right side, in the frame of the half-edge from apex to tip.
+    #[inline]
+    pub(crate) fn right_part(&self, w: &Window, crossing: f64) -> Option<Window> {
+        let l = self.length;
+        across(self.right, self.right_length, l - w.x, w.depth, l - w.end, l - w.start, l - crossing).map(
+            |(start, end, x, depth)| {
+                let l = self.right_length;
+                Window { start: l - end, end: l - start, x: l - x, depth, ..*w }
+            },
+        )
+    }
+
+    /// The tip as seen from the left side's frame: a root of offset `distance`.
+    pub(crate) fn tip_from_left(&self, distance: f64) -> Window {
+        let [ux, uy] = self.left;
+        let (x, depth) = (self.length * ux, self.length * uy);
+        Window { start: 0.0, end: self.left_length, x, depth, offset: distance, root: 0 }
+    }
+
+    /// The tail as seen from the right side's frame: a root of offset `distance`.
+    pub(crate) fn tail_from_right(&self, distance: f64) -> Window {
+        let [ux, uy] = self.right;
+        let (x, depth) = (self.right_length - self.length * ux, self.length * uy);
+        Window { start: 0.0, end: self.right_length, x, depth, offset: distance, root: 0 }
+    }
+
+    /// Carries a list of windows across the face, onto its left and right side, each trimmed to the nearest
+    /// windows ("one angle, two sides": only the window nearest at the apex reaches both; Chen and Han 1990,
+    /// Qin et al. 2016). Returns the shortest way to the apex through the list.
+    pub(crate) fn propagate(
+        &self,
+        list: &[Window],
+        left: &mut Vec<Window>,
+        right: &mut Vec<Window>,
+    ) -> Option<ApexArrival> {
+        let [apex_x, apex_y] = self.apex;
+        let mut best: Option<ApexArrival> = None;
+        // The windows on both sides of the line to the apex, for where round-off leaves a gap between them.
+        let (mut before, mut after) = (None, None);
+        for w in list {
+            let crossing = w.crossing(apex_x, apex_y);
+            let (mut goes_left, goes_right) = (crossing > w.start, crossing < w.end);
+            if goes_left && goes_right {
+                let distance = w.offset + w.length_to(apex_x, apex_y);
+                if best.is_none_or(|b| distance < b.distance) {
+                    best = Some(ApexArrival { distance, crossing });
+                } else {
+                    goes_left = false;
+                }
+            } else if goes_left {
+                before = Some(w);
+            } else if after.is_none() {
+                after = Some(w);
+            }
+            if goes_left && let Some(part) = self.left_part(w, crossing) {
+                push_ordered(left, 0, part);
+            }
+            if goes_right && let Some(part) = self.right_part(w, crossing) {
+                push_ordered(right, 0, part);
+            }
+        }
+        if best.is_none() {
+            for w in [before, after].into_iter().flatten() {
+                let (distance, crossing) = w.reach(apex_x, apex_y);
+                if best.is_none_or(|b| distance < b.distance) {
+                    best = Some(ApexArrival { distance, crossing });
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The part of an interval `start … end` seen from `(x, −depth)` whose lines cross the ray from the origin
+/// along the unit vector `u` before `length`: the interval on that ray, and the root in its frame. Lines up
+/// to `crossing` do.
+#[inline]
+fn across(
+    u: [f64; 2],
+    length: f64,
+    x: f64,
+    depth: f64,
+    start: f64,
+    end: f64,
+    crossing: f64,
+) -> Option<(f64, f64, f64, f64)> {
+    if start >= crossing {
+        return None;
+    }
+    let new_depth = u[0] * depth + u[1] * x;
+    let at = |s: f64| depth * s / (new_depth - u[1] * s);
+    let new_start = if start > 0.0 { at(start).max(0.0) } else { 0.0 };
+    let new_end = if end >= crossing { length } else { at(end).min(length) };
+    // Also refuses NaN, which lines along the x axis can bring.
+    (new_end - new_start > 1e-14 * new_end && new_depth >= 0.0)
+        .then(|| (new_start, new_end, u[0] * x - u[1] * depth, new_depth))
+}

@@ -1,0 +1,383 @@
+//! What other implementations get wrong, made by code: flat vertices, slivers, needles, edges without length,
+//! sources that coincide, boundaries, several components; and where computations stop.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use ndf_core::mesh::shapes;
+use ndf_core::progress::Progress;
+use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
+use ndf_intrinsic::IntrinsicMesh;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+fn intrinsic(mesh: &TriangleMesh) -> IntrinsicMesh {
+    IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap())
+}
+
+fn from_vertex(mesh: &IntrinsicMesh, v: u32) -> Vec<f64> {
+    exact_distances(mesh, &[SurfacePoint::Vertex(v)], &ExactOptions::default()).unwrap().distances().to_vec()
+}
+
+#[test]
+fn a_finely_subdivided_cube_is_exact() {
+    let cube = shapes::cube(52);
+    assert!(cube.vertex_count() > 16_000);
+    let mesh = intrinsic(&cube);
+    let coarse = intrinsic(&shapes::cube(1));
+    // A corner: compared with the cube of twelve triangles, asked at every vertex' place.
+    let corner =
+        |m: &TriangleMesh| m.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
+    let d = from_vertex(&mesh, corner(&cube));
+    let small = shapes::cube(1);
+    let truth =
+        exact_distances(&coarse, &[SurfacePoint::Vertex(corner(&small))], &ExactOptions::with_windows())
+            .unwrap();
+    let small = ManifoldMesh::try_from(small).unwrap();
+    let tree = ndf_core::TriangleTree::new(small.as_triangle_mesh());
+    let mut worst: f64 = 0.0;
+    for (p, d) in cube.positions().iter().zip(&d) {
+        let foot = tree.closest_point(*p, ndf_core::Hint::NONE).unwrap();
+        let point = SurfacePoint::Face { face: foot.face, barycentric: foot.barycentric };
+        worst = worst.max((truth.distance_at(point).unwrap() - d).abs());
+    }
+    assert!(worst < 2e-14, "{worst:e}");
+    // An inner vertex of a side: straight on that side.
+    let source =
+        cube.positions().iter().position(|p| p.z == -1.0 && p.x.abs() < 0.1 && p.y.abs() < 0.1).unwrap();
+    let d = from_vertex(&mesh, source as u32);
+    for (q, d) in cube.positions().iter().zip(&d) {
+        if q.z == -1.0 {
+            let truth = cube.positions()[source].distance(*q);
+            assert!((d - truth).abs() < 1e-14, "{q}: {d} {truth}");
+        }
+    }
+}
+
+#[test]
+fn a_flat_plate_has_no_saddles() {
+    // Rotated, so that no coordinate is exact; random inner triangulation by moving vertices in the plane.
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let n = 60;
+    let grid = shapes::grid(n, n);
+    let (u, v) = (DVec3::new(0.8, 0.36, 0.48), DVec3::new(-0.6, 0.48, 0.64));
+    let positions: Vec<DVec3> = grid
+        .positions()
+        .iter()
+        .map(|p| {
+            let inner = p.x > 0.0 && p.x < 1.0 && p.y > 0.0 && p.y < 1.0;
+            let mut jitter = || if inner { rng.random_range(-0.3..0.3) / f64::from(n) } else { 0.0 };
+            u * (p.x + jitter()) + v * (p.y + jitter())
+        })
+        .collect();
+    let plate = TriangleMesh::new(positions, grid.faces().to_vec()).unwrap();
+    let mesh = intrinsic(&plate);
+    for source in [0, n / 2, (n + 1) * (n / 2) + 7] {
+        let d = from_vertex(&mesh, source);
+        let from = plate.positions()[source as usize];
+        for (p, d) in plate.positions().iter().zip(&d) {
+            assert!((d - p.distance(from)).abs() < 1e-13);
+        }
+    }
+}
+
+/// A surface cut by grid planes, as marching cubes leaves it: slivers down to 1e-9 of an edge.
+fn slivers() -> TriangleMesh {
+    // Spheres whose level passes grid corners by a hair.
+    let n = 24_usize;
+    let value = |i: usize, j: usize, k: usize| {
+        let p = DVec3::new(i as f64, j as f64, k as f64) / n as f64 * 2.4 - 1.2;
+        p.length() - 1.0 - 1e-9
+    };
+    let at = |i: usize, j: usize, k: usize| (i * (n + 1) + j) * (n + 1) + k;
+    let mut index = std::collections::BTreeMap::new();
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    // Six tetrahedra a cell around its diagonal.
+    let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    for cell in 0..n * n * n {
+        let base = [cell / (n * n), cell / n % n, cell % n];
+        for order in orders {
+            let mut corner = base;
+            let mut tet = vec![corner];
+            for axis in order {
+                corner[axis] += 1;
+                tet.push(corner);
+            }
+            let values: Vec<f64> = tet.iter().map(|c| value(c[0], c[1], c[2])).collect();
+            let (inside, outside): (Vec<usize>, Vec<usize>) = (0..4).partition(|&i| values[i] < 0.0);
+            let mut vertex = |a: usize, b: usize| {
+                let key = |c: [usize; 3]| at(c[0], c[1], c[2]);
+                let (lo, hi) = if key(tet[a]) < key(tet[b]) { (a, b) } else { (b, a) };
+                *index.entry((key(tet[lo]), key(tet[hi]))).or_insert_with(|| {
+                    let t = values[lo] / (values[lo] - values[hi]);
+                    let p = |c: [usize; 3]| DVec3::from_array(c.map(|x| x as f64)) / n as f64 * 2.4 - 1.2;
+                    positions.push(p(tet[lo]).lerp(p(tet[hi]), t));
+                    positions.len() as u32 - 1
+                })
+            };
+            let polygon: Vec<u32> = match (&inside[..], &outside[..]) {
+                ([a], [p, q, r]) | ([p, q, r], [a]) => vec![vertex(*a, *p), vertex(*a, *q), vertex(*a, *r)],
+                ([a, b], [p, q]) => vec![vertex(*a, *p), vertex(*a, *q), vertex(*b, *q), vertex(*b, *p)],
+                _ => continue,
+            };
+            for i in 1..polygon.len() - 1 {
+                faces.push([polygon[0], polygon[i], polygon[i + 1]]);
+            }
+        }
+    }
+    let mesh = ndf_core::mesh::repair::oriented(&TriangleMesh::new(positions, faces).unwrap());
+    ndf_core::mesh::repair::without_unreferenced_vertices(&mesh).0
+}
+
+#[test]
+fn slivers_leave_nothing_unreached() {
+    let mesh = slivers();
+    let intrinsic = intrinsic(&mesh);
+    let needle = (0..intrinsic.face_count() as u32)
+        .map(|f| ndf_intrinsic::triangle::smallest_angle(intrinsic.sides(f)))
+        .fold(f64::INFINITY, f64::min);
+    assert!(needle < 1e-5, "the fixture has slivers: {needle}");
+    let geodesics =
+        exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+    assert_eq!(geodesics.unreached(), 0);
+    let from = mesh.positions()[0].normalize();
+    for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
+        let sphere = p.normalize().dot(from).clamp(-1.0, 1.0).acos();
+        assert!((d - sphere).abs() < 0.02, "{d} {sphere}");
+        if v % 97 == 0 {
+            let back = from_vertex(&intrinsic, v as u32)[0];
+            assert!((back - d).abs() < 1e-11, "{v}: {d} there, {back} back");
+        }
+    }
+}
+
+#[test]
+fn a_mesh_stretched_sixty_times_is_symmetric() {
+    let mesh = shapes::torus(40, 20, 1.0, 0.4).map_positions(|p| DVec3::new(p.x, p.y, 60.0 * p.z));
+    let intrinsic = intrinsic(&mesh);
+    let d: Vec<Vec<f64>> = (0..40).map(|i| from_vertex(&intrinsic, 20 * i + i % 20)).collect();
+    for i in 0..40_usize {
+        for j in 0..40_usize {
+            let (there, back) = (d[i][20 * j + j % 20], d[j][20 * i + i % 20]);
+            assert!((there - back).abs() < 1e-11, "{i} {j} {there} {back}");
+        }
+    }
+    // A stretched plane stays Euclidean.
+    let plane = shapes::grid(30, 30).map_positions(|p| DVec3::new(60.0 * p.x, p.y, 0.0));
+    let d = from_vertex(&self::intrinsic(&plane), 77);
+    for (p, d) in plane.positions().iter().zip(d) {
+        assert!((d - p.distance(plane.positions()[77])).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn edges_without_length_and_flat_faces_are_crossed() {
+    // A plane whose vertices snap to a coarser lattice: many faces and edges have no length or area.
+    let fine = shapes::grid(24, 24);
+    let snapped =
+        fine.map_positions(|p| DVec3::new((p.x * 10.0).round() / 10.0, (p.y * 10.0).round() / 10.0, 0.0));
+    let mesh = ManifoldMesh::try_from(snapped).unwrap();
+    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    assert!(intrinsic.lengths().contains(&0.0));
+    for source in [0, 12, 300] {
+        let geodesics =
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows())
+                .unwrap();
+        assert_eq!(geodesics.unreached(), 0);
+        for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
+            let truth = p.distance(mesh.positions()[source as usize]);
+            assert!((d - truth).abs() < 1e-12, "{source} to {v}: {d} {truth}");
+            let path = geodesics.path_to(SurfacePoint::Vertex(v as u32)).unwrap();
+            let positions = path.positions(&mesh);
+            let length: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
+            assert!((length - truth).abs() < 1e-9, "{source} to {v}: {length} {truth}");
+        }
+    }
+    assert!(HeatSolver::new(&intrinsic).unwrap().distances(&[SurfacePoint::Vertex(0)]).is_ok());
+}
+
+#[test]
+fn coinciding_sources_are_one() {
+    let mesh = intrinsic(&shapes::torus(20, 10, 1.0, 0.4));
+    let face = SurfacePoint::Face { face: 7, barycentric: [0.2, 0.5, 0.3] };
+    let corner = SurfacePoint::Face { face: 3, barycentric: [0.0, 1.0, 0.0] };
+    let at_corner = SurfacePoint::Vertex(mesh.tail(10));
+    let run = |sources: &[SurfacePoint]| {
+        exact_distances(&mesh, sources, &ExactOptions::default()).unwrap().distances().to_vec()
+    };
+    let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13);
+    assert!(close(&run(&[face]), &run(&[face, face, face])));
+    assert!(close(&run(&[corner]), &run(&[at_corner])));
+    assert!(close(&run(&[corner]), &run(&[at_corner, corner, at_corner])));
+    let end = SurfacePoint::Edge { edge: 5, t: 1.0 };
+    let tip = SurfacePoint::Vertex(mesh.edge_vertices(5)[1]);
+    assert!(close(&run(&[end]), &run(&[tip])));
+    // From both faces of an edge the same point.
+    let h = mesh.edge_halfedge(9);
+    let twin = mesh.twin(h).unwrap();
+    let on = |h: u32, t: f64| {
+        let mut barycentric = [0.0; 3];
+        barycentric[h as usize % 3] = 1.0 - t;
+        barycentric[(h as usize + 1) % 3] = t;
+        SurfacePoint::Face { face: h / 3, barycentric }
+    };
+    assert!(close(&run(&[on(h, 0.3)]), &run(&[on(twin, 0.7)])));
+    assert!(close(&run(&[on(h, 0.3), on(twin, 0.7)]), &run(&[SurfacePoint::Edge { edge: 9, t: 0.3 }])));
+}
+
+#[test]
+fn other_components_are_unreached() {
+    let sphere = shapes::icosphere(2);
+    let n = sphere.vertex_count() as u32;
+    let (mut positions, mut faces) = sphere.into_parts();
+    positions.extend(positions.clone().iter().map(|p| *p + DVec3::X * 5.0));
+    faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
+    let mesh = intrinsic(&TriangleMesh::new(positions, faces).unwrap());
+    let geodesics =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+    assert_eq!(geodesics.unreached(), n as usize);
+    assert!(geodesics.distances()[n as usize..].iter().all(|d| *d == f64::INFINITY));
+    let far = SurfacePoint::Vertex(n + 3);
+    assert_eq!(geodesics.path_to(far).unwrap_err(), GeodesicError::Unreached { point: far });
+    let inside = SurfacePoint::Face { face: mesh.face_count() as u32 - 1, barycentric: [0.3, 0.3, 0.4] };
+    assert_eq!(geodesics.distance_at(inside).unwrap(), f64::INFINITY);
+}
+
+#[test]
+fn radius_and_targets_stop_the_front_and_change_no_distance() {
+    let mesh = intrinsic(&shapes::trefoil_knot(200, 16, 0.2));
+    let source = [SurfacePoint::Face { face: 100, barycentric: [0.3, 0.3, 0.4] }];
+    let full = exact_distances(&mesh, &source, &ExactOptions::with_windows()).unwrap();
+    for radius in [0.05, 0.7, 2.0] {
+        let options = ExactOptions { radius, ..ExactOptions::default() };
+        let near = exact_distances(&mesh, &source, &options).unwrap();
+        for (a, b) in near.distances().iter().zip(full.distances()) {
+            assert!(if *b <= radius { (a - b).abs() < 1e-13 } else { *a == f64::INFINITY });
+        }
+        assert!(near.statistics().windows < full.statistics().windows);
+    }
+    for target in [
+        SurfacePoint::Vertex(1234),
+        SurfacePoint::Edge { edge: 777, t: 0.2 },
+        SurfacePoint::Face { face: 110, barycentric: [0.1, 0.1, 0.8] },
+        source[0],
+    ] {
+        let options = ExactOptions { targets: &[target], ..ExactOptions::with_windows() };
+        let near = exact_distances(&mesh, &source, &options).unwrap();
+        let d = near.distance_at(target).unwrap();
+        assert!((d - full.distance_at(target).unwrap()).abs() < 1e-13);
+        assert!(near.statistics().windows < full.statistics().windows);
+        for (a, b) in near.distances().iter().zip(full.distances()) {
+            assert!(a.is_infinite() || (a - b).abs() < 1e-13);
+        }
+        assert!((near.path_to(target).unwrap().length - d).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn bad_requests_are_errors() {
+    let mesh = intrinsic(&shapes::icosphere(1));
+    let run = |sources: &[SurfacePoint]| exact_distances(&mesh, sources, &ExactOptions::default()).err();
+    assert_eq!(run(&[]), Some(GeodesicError::NoSource));
+    for point in [
+        SurfacePoint::Vertex(42),
+        SurfacePoint::Edge { edge: 1000, t: 0.5 },
+        SurfacePoint::Edge { edge: 0, t: 1.5 },
+        SurfacePoint::Face { face: 80, barycentric: [1.0, 0.0, 0.0] },
+        SurfacePoint::Face { face: 0, barycentric: [0.7, 0.7, 0.0] },
+        SurfacePoint::Face { face: 0, barycentric: [1.5, -0.5, 0.0] },
+    ] {
+        assert_eq!(run(&[point]), Some(GeodesicError::NotOnMesh { point }));
+    }
+    let nan = SurfacePoint::Face { face: 0, barycentric: [f64::NAN, 0.5, 0.5] };
+    assert!(matches!(run(&[nan]), Some(GeodesicError::NotOnMesh { .. })));
+    let bare = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+    assert_eq!(bare.path_to(SurfacePoint::Vertex(3)).unwrap_err(), GeodesicError::WindowsNotKept);
+    let inside = SurfacePoint::Face { face: 0, barycentric: [0.5, 0.25, 0.25] };
+    assert_eq!(bare.distance_at(inside).unwrap_err(), GeodesicError::WindowsNotKept);
+}
+
+struct Impatient;
+
+impl Progress for Impatient {
+    fn report(&self, _stage: &str, _fraction: f64) {}
+
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn the_observer_can_cancel_and_runs_repeat() {
+    let mesh = intrinsic(&shapes::torus(60, 40, 1.0, 0.4));
+    let options = ExactOptions { progress: &Impatient, ..ExactOptions::default() };
+    let error = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &options).err();
+    assert_eq!(error, Some(GeodesicError::Cancelled));
+    assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
+}
+
+/// Every face split into four by its edges' midpoints: the same surface with many flat vertices.
+fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut midpoints = std::collections::BTreeMap::new();
+    let mut midpoint = |a: u32, b: u32| {
+        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            positions.push(positions[a as usize].midpoint(positions[b as usize]));
+            positions.len() as u32 - 1
+        })
+    };
+    let mut faces = Vec::new();
+    for &[a, b, c] in mesh.faces() {
+        let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
+        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+    }
+    TriangleMesh::new(positions, faces).unwrap()
+}
+
+/// Noise from small to senseless, stretched sixty times or pressed flat, and snapped to a lattice, which
+/// makes faces without area and edges without length: subdivision must change no distance, and paths must be
+/// as long as said.
+#[test]
+fn subdivision_changes_no_distance_on_noise_of_any_kind() {
+    for seed in 0..180_u64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let base = match seed % 4 {
+            0 => shapes::icosphere(2),
+            1 => shapes::torus(30, 15, 1.0, 0.4),
+            2 => shapes::grid(20, 18),
+            _ => shapes::cube(8),
+        };
+        let amplitude = [0.003, 0.03, 0.1, 0.5, 3.0][(seed / 4 % 5) as usize];
+        let stretch = [1.0, 60.0, 0.01][(seed / 20 % 3) as usize];
+        let lattice = if seed / 60 % 3 == 1 { 16.0 } else { 1e9 };
+        let moved: Vec<DVec3> = base
+            .positions()
+            .iter()
+            .map(|p| {
+                let noise = DVec3::from_array([0; 3].map(|_| rng.random_range(-amplitude..amplitude)));
+                ((*p + noise) * lattice).round() / lattice * DVec3::new(1.0, 1.0, stretch)
+            })
+            .collect();
+        let mesh = TriangleMesh::new(moved, base.faces().to_vec()).unwrap();
+        let fine = intrinsic(&subdivided(&mesh));
+        let mesh = ManifoldMesh::try_from(mesh).unwrap();
+        let coarse = IntrinsicMesh::of_mesh(&mesh);
+        let source = rng.random_range(0..mesh.vertex_count() as u32);
+        let geodesics =
+            exact_distances(&coarse, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows()).unwrap();
+        let max = geodesics.distances().iter().copied().fold(0.0, f64::max);
+        for (v, (a, b)) in geodesics.distances().iter().zip(from_vertex(&fine, source)).enumerate() {
+            assert!((a - b).abs() < 1e-12 * max, "{seed}, vertex {v}: {a} {b}");
+        }
+        for v in (0..mesh.vertex_count() as u32).step_by(17) {
+            let path = geodesics.path_to(SurfacePoint::Vertex(v)).unwrap();
+            let length: f64 = path.positions(&mesh).windows(2).map(|p| p[0].distance(p[1])).sum();
+            assert!(
+                (length - path.length).abs() < 1e-9 * max,
+                "{seed}, path to {v}: {length} {}",
+                path.length
+            );
+        }
+    }
+}
