@@ -55,7 +55,7 @@ pub(crate) fn symmetric(
         for &(column, value) in &by_row[starts[row]..starts[row + 1]] {
             match values.last_mut() {
                 Some(last) if columns.len() > start && columns.last() == Some(&(column as usize)) => {
-                    *last += value
+                    *last += value;
                 }
                 _ => {
                     columns.push(column as usize);

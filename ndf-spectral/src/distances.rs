@@ -32,11 +32,11 @@ impl Modes {
         distance: SpectralDistance,
     ) -> Result<Vec<f64>, SpectralError> {
         let weight: Box<dyn Fn(f64) -> f64> = match distance {
-            SpectralDistance::Diffusion(time) if !(time > 0.0) => {
+            SpectralDistance::Diffusion(time) if time.is_nan() || time <= 0.0 => {
                 return Err(SpectralError::NotPositive { name: "the time", value: time });
             }
             SpectralDistance::Diffusion(time) => Box::new(move |lambda| (-2.0 * lambda * time).exp()),
-            SpectralDistance::Commute => Box::new(|lambda| lambda.recip()),
+            SpectralDistance::Commute => Box::new(f64::recip),
             SpectralDistance::Biharmonic => Box::new(|lambda| lambda.powi(-2)),
         };
         let mut squares = vec![0.0; self.functions.nrows()];

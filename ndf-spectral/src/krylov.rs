@@ -1,8 +1,8 @@
 //! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
 //!
 //! The space grows by blocks: a factor is read once for a whole block of solves, which is what they cost, and blocks
-//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised twice against
-//! all before it (full reorthogonalisation), and the projected operator is kept as computed, so that a restart is no
+//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all before
+//! it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as computed, so that a restart is no
 //! more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric eigenvalue
 //! problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe 1980.
 //!
@@ -83,10 +83,14 @@ impl<'a> KrylovSpace<'a> {
         self.coupling.fill(0.0);
     }
 
-    /// Random functions orthogonal to the whole basis.
+    /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
+    /// what is but rounding in coefficients becomes large when L is applied to it.
     fn fresh_block(&mut self) -> Panel {
         let rows = self.operator.vertex_count();
-        let mut block: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
+        let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
+        let mut block = Panel::new();
+        multiply(self.operator.mass(), &noise, &mut block);
+        self.inverse.solve_panel(&mut block);
         for _ in 0..2 {
             self.orthogonalise(&mut block);
         }
@@ -110,11 +114,11 @@ impl<'a> KrylovSpace<'a> {
         let mut image = Panel::new();
         multiply(self.operator.mass(), &self.basis[size / WIDTH], &mut image);
         self.inverse.solve_panel(&mut image);
-        let first = self.orthogonalise(&mut image);
-        let again = self.orthogonalise(&mut image);
+        // Twice: rounding in the first pass is of the size of the image, of which little may remain.
+        let coefficients = self.orthogonalise(&mut image) + self.orthogonalise(&mut image);
         let grown = size + WIDTH;
         self.projected.resize_mut(grown, grown, 0.0);
-        self.projected.columns_mut(size, WIDTH).copy_from(&(first + again));
+        self.projected.columns_mut(size, WIDTH).copy_from(&coefficients);
         let mut image = vec![image];
         match orthonormalise(self.operator.mass(), &mut image, WIDTH) {
             Some(triangle) => {

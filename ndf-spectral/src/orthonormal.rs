@@ -6,7 +6,7 @@ use nalgebra_sparse::na::DMatrix;
 use crate::panel::{Panel, WIDTH, combinations, multiply, products};
 
 /// Makes the first `count` functions orthonormal, `W = Q R`, and returns the upper triangle R; `None` where they are
-/// dependent to half the digits. Cholesky QR, repeated (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015).
+/// dependent to half the digits. Cholesky QR, repeated where angles are small (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015).
 pub(crate) fn orthonormalise(
     mass: &CsrMatrix<f64>,
     functions: &mut Vec<Panel>,
@@ -21,14 +21,18 @@ pub(crate) fn orthonormalise(
         // With unit columns the pivots are sines of angles, whatever the lengths.
         let correlation = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
         let factor = correlation.cholesky()?.unpack();
-        let independent = factor.diagonal().iter().all(|&sine| sine > 1e-6);
-        if pass == 0 && !independent {
+        let smallest = factor.diagonal().iter().copied().fold(1.0, f64::min);
+        if pass == 0 && smallest <= 1e-6 {
             return None;
         }
         let upper = DMatrix::from_fn(count, count, |i, j| factor[(j, i)] * norms[j]);
         let inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
         *functions = combinations(functions, &inverse.resize(functions.len() * WIDTH, count, 0.0));
         triangle = upper * triangle;
+        // The error is that of rounding divided by the square of the smallest sine.
+        if smallest > 0.5 {
+            break;
+        }
     }
     Some(triangle)
 }

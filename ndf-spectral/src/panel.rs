@@ -4,6 +4,8 @@
 //! Work is cut into slices of rows of a fixed size and their results are summed in order, so that the number of
 //! threads does not show in them.
 
+#![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
+
 use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::na::DMatrix;
 use pulp::Simd;

@@ -1,5 +1,7 @@
 //! Rows of eight numbers as vectors of the machine the program runs on.
 
+#![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
+
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers in a row.

@@ -3,6 +3,8 @@
 //! A supernode is a set of consecutive columns with the same rows below them: a dense trapezoid. With the right-hand
 //! sides stored row by row, each entry of the factor is read once in each direction and used for all of them.
 
+#![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
+
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use pulp::Simd;
 
