@@ -26,6 +26,8 @@ pub(crate) struct KrylovSpace<'a> {
     projected: DMatrix<f64>,
     /// How the image of the last block leaves the space: in the next block.
     coupling: DMatrix<f64>,
+    /// Whether the image of the next block has large parts along all of the basis, not just along its last blocks.
+    coupled_to_all: bool,
     /// Products with the mass matrix, kept for their memory.
     massed: Panel,
     random: Random,
@@ -62,6 +64,7 @@ impl<'a> KrylovSpace<'a> {
             basis: Vec::new(),
             projected: DMatrix::zeros(0, 0),
             coupling: DMatrix::zeros(WIDTH, WIDTH),
+            coupled_to_all: true,
             massed: Panel::new(),
             random: Random::default(),
         };
@@ -81,6 +84,7 @@ impl<'a> KrylovSpace<'a> {
         let block = self.fresh_block();
         self.basis.push(block);
         self.coupling.fill(0.0);
+        self.coupled_to_all = true;
     }
 
     /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
@@ -92,19 +96,20 @@ impl<'a> KrylovSpace<'a> {
         multiply(self.operator.mass(), &noise, &mut block);
         self.inverse.solve_panel(&mut block);
         for _ in 0..2 {
-            self.orthogonalise(&mut block);
+            self.orthogonalise(&mut block, 0);
         }
         let mut block = vec![block];
         orthonormalise(self.operator.mass(), &mut block, WIDTH).expect("random functions are independent");
         block.swap_remove(0)
     }
 
-    /// Takes the means and the part along the basis from functions; returns the coefficients of that part.
-    fn orthogonalise(&mut self, functions: &mut Panel) -> DMatrix<f64> {
+    /// Takes the means and the part along the basis, from block `first` on, from functions; returns the coefficients of
+    /// that part.
+    fn orthogonalise(&mut self, functions: &mut Panel, first: usize) -> DMatrix<f64> {
         multiply(self.operator.mass(), functions, &mut self.massed);
         self.operator.components().remove_means(functions, &self.massed);
-        let coefficients = products(&self.basis, std::slice::from_ref(&self.massed));
-        add_combination(functions, -1.0, &self.basis, &coefficients);
+        let coefficients = products(&self.basis[first..], std::slice::from_ref(&self.massed));
+        add_combination(functions, -1.0, &self.basis[first..], &coefficients);
         coefficients
     }
 
@@ -114,8 +119,14 @@ impl<'a> KrylovSpace<'a> {
         let mut image = Panel::new();
         multiply(self.operator.mass(), &self.basis[size / WIDTH], &mut image);
         self.inverse.solve_panel(&mut image);
-        // Twice: rounding in the first pass is of the size of the image, of which little may remain.
-        let coefficients = self.orthogonalise(&mut image) + self.orthogonalise(&mut image);
+        // First the large part: along the last two blocks, but for the first image after a change of basis. Then all
+        // that rounding has left along the basis.
+        let first =
+            if std::mem::take(&mut self.coupled_to_all) { 0 } else { self.basis.len().saturating_sub(2) };
+        let large = self.orthogonalise(&mut image, first);
+        let mut coefficients = self.orthogonalise(&mut image, 0);
+        let mut rows = coefficients.rows_mut(first * WIDTH, large.nrows());
+        rows += large;
         let grown = size + WIDTH;
         self.projected.resize_mut(grown, grown, 0.0);
         self.projected.columns_mut(size, WIDTH).copy_from(&coefficients);
@@ -130,6 +141,7 @@ impl<'a> KrylovSpace<'a> {
                 let block = self.fresh_block();
                 self.basis.push(block);
                 self.coupling.fill(0.0);
+                self.coupled_to_all = true;
             }
         }
     }
@@ -154,6 +166,7 @@ impl<'a> KrylovSpace<'a> {
         self.basis = combinations(&self.basis, &ritz.vectors.columns(0, keep).into_owned());
         self.basis.push(next);
         self.projected = DMatrix::zeros(keep, keep);
+        self.coupled_to_all = true;
         (0..keep).for_each(|i| self.projected[(i, i)] = ritz.values[i]);
     }
 
