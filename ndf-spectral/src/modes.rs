@@ -95,7 +95,7 @@ impl LaplaceBeltrami {
     /// The smallest modes, by shift-invert block Lanczos. `options.operator` plays no part here.
     ///
     /// Cost: a factorization, about O(n^1.5); then for 20 modes about 130 to 150 solves, eight at a time. Up to
-    /// 88 functions are held beside the factor.
+    /// 80 functions are held beside the factor.
     ///
     /// # Errors
     /// If an option is out of range, the modes do not converge, or the observer asks to stop.

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use crate::simd::{self, Kernel};
 pub(crate) use crate::simd::{Row, WIDTH};
 
-/// Rows a thread works on at a time: two slices fit the cache nearest to a core.
-const SLICE: usize = 1024;
+/// Rows a thread works on at a time: slices of some dozen panels fit the second cache of a core.
+const SLICE: usize = 512;
 
 /// Eight functions.
 pub(crate) type Panel = Vec<Row>;
@@ -107,17 +107,33 @@ impl Kernel for Products<'_> {
 
 /// `target += factor · (a₁, a₂, …) · coefficients`. O(n · functions).
 pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &DMatrix<f64>) {
-    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, WIDTH));
-    let blocks: Vec<[Row; WIDTH]> = (0..a.len())
-        .map(|i| {
-            let entry = |r, c| factor * coefficients[(i * WIDTH + r, c)];
-            std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
-        })
-        .collect();
-    target.par_chunks_mut(SLICE).enumerate().for_each(|(slice, target)| {
-        for (a, block) in a.iter().zip(&blocks) {
-            let a = &a[slice * SLICE..][..target.len()];
-            simd::run(Combination { target: &mut *target, a, block });
+    add_combinations(std::slice::from_mut(target), a, &(factor * coefficients));
+}
+
+/// Adds `(a₁, a₂, …) · coefficients` to the targets, slice by slice of all, so that `a` is read once.
+fn add_combinations(targets: &mut [Panel], a: &[Panel], coefficients: &DMatrix<f64>) {
+    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, targets.len() * WIDTH));
+    let block = |i: usize, j: usize| {
+        let entry = |r, c| coefficients[(i * WIDTH + r, j * WIDTH + c)];
+        std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
+    };
+    let blocks: Vec<Vec<[Row; WIDTH]>> =
+        (0..targets.len()).map(|j| (0..a.len()).map(|i| block(i, j)).collect()).collect();
+    let mut slices: Vec<Vec<&mut [Row]>> = Vec::new();
+    for target in targets {
+        for (slice, rows) in target.chunks_mut(SLICE).enumerate() {
+            if slice == slices.len() {
+                slices.push(Vec::new());
+            }
+            slices[slice].push(rows);
+        }
+    }
+    slices.into_par_iter().enumerate().for_each(|(slice, targets)| {
+        for (target, blocks) in targets.into_iter().zip(&blocks) {
+            for (a, block) in a.iter().zip(blocks) {
+                let a = &a[slice * SLICE..][..target.len()];
+                simd::run(Combination { target: &mut *target, a, block });
+            }
         }
     });
 }
@@ -153,13 +169,9 @@ pub(crate) fn combinations(a: &[Panel], coefficients: &DMatrix<f64>) -> Vec<Pane
     let rows = a.first().map_or(0, Vec::len);
     let padded =
         coefficients.clone().resize(a.len() * WIDTH, coefficients.ncols().next_multiple_of(WIDTH), 0.0);
-    (0..padded.ncols() / WIDTH)
-        .map(|block| {
-            let mut panel = vec![Row::default(); rows];
-            add_combination(&mut panel, 1.0, a, &padded.columns(block * WIDTH, WIDTH).into_owned());
-            panel
-        })
-        .collect()
+    let mut combined = vec![vec![Row::default(); rows]; padded.ncols() / WIDTH];
+    add_combinations(&mut combined, a, &padded);
+    combined
 }
 
 #[cfg(test)]
