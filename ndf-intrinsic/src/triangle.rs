@@ -40,6 +40,15 @@ pub fn cotangent_opposite(sides: [f64; 3], side: usize) -> f64 {
     if area == 0.0 { f64::INFINITY.copysign(dot) } else { dot / (4.0 * area) }
 }
 
+/// Cotangents of the angles opposite to the three sides; ±∞ in a triangle without area.
+pub fn cotangents(sides: [f64; 3]) -> [f64; 3] {
+    let area = area(sides);
+    [0, 1, 2].map(|side| {
+        let dot = twice_dot_opposite(sides, side);
+        if area == 0.0 { f64::INFINITY.copysign(dot) } else { dot / (4.0 * area) }
+    })
+}
+
 /// Angle at corner `corner`, in radians, in `[0, π]`.
 pub fn angle(sides: [f64; 3], corner: usize) -> f64 {
     (4.0 * area(sides)).atan2(twice_dot_opposite(sides, (corner + 1) % 3))

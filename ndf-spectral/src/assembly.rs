@@ -1,0 +1,103 @@
+//! Assembly of symmetric sparse matrices from contributions of triangles.
+
+use nalgebra_sparse::CsrMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// A contribution to the entries (i, j) and (j, i); to twice the diagonal where `i = j`.
+pub(crate) type Coupling = (u32, u32, f64);
+
+/// The symmetric matrix of a diagonal and couplings, which sum where they meet. Every diagonal entry is stored.
+/// Time and memory linear in the couplings.
+pub(crate) fn symmetric(
+    diagonal: &[f64],
+    couplings: impl Iterator<Item = Coupling> + Clone,
+) -> CsrMatrix<f64> {
+    // Two stable counting sorts, by column and then by row, leave the columns of every row ascending. As the matrix
+    // is symmetric, rows and columns have the same counts.
+    let n = diagonal.len();
+    let mut starts: Vec<usize> = vec![1; n + 1];
+    starts[0] = 0;
+    for (i, j, _) in couplings.clone() {
+        starts[i as usize + 1] += 1;
+        starts[j as usize + 1] += 1;
+    }
+    for i in 0..n {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts.clone();
+    let mut by_column = vec![(0_u32, 0.0); starts[n]];
+    let mut put = |row: u32, column: u32, value: f64| {
+        let slot = &mut next[column as usize];
+        by_column[*slot] = (row, value);
+        *slot += 1;
+    };
+    for (i, &value) in diagonal.iter().enumerate() {
+        put(i as u32, i as u32, value);
+    }
+    for (i, j, value) in couplings {
+        put(i, j, value);
+        put(j, i, value);
+    }
+    next.copy_from_slice(&starts);
+    let mut by_row = vec![(0_u32, 0.0); starts[n]];
+    for column in 0..n {
+        for &(row, value) in &by_column[starts[column]..starts[column + 1]] {
+            by_row[next[row as usize]] = (column as u32, value);
+            next[row as usize] += 1;
+        }
+    }
+    drop(by_column);
+    let mut offsets = Vec::with_capacity(n + 1);
+    offsets.push(0);
+    let (mut columns, mut values) = (Vec::with_capacity(8 * n), Vec::<f64>::with_capacity(8 * n));
+    for row in 0..n {
+        let start = columns.len();
+        for &(column, value) in &by_row[starts[row]..starts[row + 1]] {
+            match values.last_mut() {
+                Some(last) if columns.len() > start && columns.last() == Some(&(column as usize)) => {
+                    *last += value;
+                }
+                _ => {
+                    columns.push(column as usize);
+                    values.push(value);
+                }
+            }
+        }
+        offsets.push(columns.len());
+    }
+    let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, columns)
+        .expect("columns ascend within every row");
+    CsrMatrix::try_from_pattern_and_values(pattern, values).expect("one value an entry")
+}
+
+/// `a + factor · b` for a pattern of `b` that is part of that of `a`. O(entries).
+pub(crate) fn combination(a: &CsrMatrix<f64>, factor: f64, b: &CsrMatrix<f64>) -> CsrMatrix<f64> {
+    let mut sum = a.clone();
+    let (offsets, columns, values) = sum.csr_data_mut();
+    for (i, row) in b.row_iter().enumerate() {
+        let mut slot = offsets[i];
+        for (&column, &value) in row.col_indices().iter().zip(row.values()) {
+            while columns[slot] != column {
+                slot += 1;
+            }
+            values[slot] += factor * value;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contributions_meet_in_sorted_rows() {
+        let couplings = [(2, 0, 1.0), (0, 1, 2.0), (0, 2, 4.0), (1, 1, 8.0)];
+        let matrix = symmetric(&[1.0, 0.0, 3.0], couplings.into_iter());
+        assert_eq!(matrix.row_offsets(), [0, 3, 5, 7]);
+        assert_eq!(matrix.col_indices(), [0, 1, 2, 0, 1, 0, 2]);
+        assert_eq!(matrix.values(), [1.0, 2.0, 5.0, 2.0, 16.0, 5.0, 3.0]);
+        let sum = combination(&matrix, 2.0, &symmetric(&[1.0, 2.0, 3.0], std::iter::empty()));
+        assert_eq!(sum.values(), [3.0, 2.0, 5.0, 2.0, 20.0, 5.0, 9.0]);
+    }
+}

@@ -1,0 +1,87 @@
+//! Connected components, whose indicator functions span the kernel of the Laplacian.
+
+use nalgebra_sparse::CsrMatrix;
+
+use crate::panel::{Row, WIDTH};
+
+/// The connected components of a surface and their areas.
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// Component of every vertex; numbered in the order of their first vertices.
+    of_vertex: Vec<u32>,
+    /// Area of every component.
+    areas: Vec<f64>,
+}
+
+impl Components {
+    /// Components of the graph of the Laplacian; areas by the mass matrix. O(n).
+    pub fn new(laplacian: &CsrMatrix<f64>, mass: &CsrMatrix<f64>) -> Self {
+        let n = laplacian.nrows();
+        let mut of_vertex = vec![u32::MAX; n];
+        let mut areas = Vec::new();
+        let mut pending = Vec::new();
+        for seed in 0..n {
+            if of_vertex[seed] != u32::MAX {
+                continue;
+            }
+            let component = areas.len() as u32;
+            let mut area = 0.0;
+            of_vertex[seed] = component;
+            pending.push(seed);
+            while let Some(v) = pending.pop() {
+                area += mass.row(v).values().iter().sum::<f64>();
+                for &w in laplacian.row(v).col_indices() {
+                    if of_vertex[w] == u32::MAX {
+                        of_vertex[w] = component;
+                        pending.push(w);
+                    }
+                }
+            }
+            areas.push(area);
+        }
+        Self { of_vertex, areas }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// The component of every vertex.
+    pub fn of_vertices(&self) -> &[u32] {
+        &self.of_vertex
+    }
+
+    /// Areas of the components.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// Means over every component of the function whose product with the mass matrix is `massed`.
+    pub(crate) fn means(&self, massed: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.count()];
+        for (&component, value) in self.of_vertex.iter().zip(massed) {
+            sums[component as usize] += value;
+        }
+        sums.iter().zip(&self.areas).map(|(sum, area)| sum / area).collect()
+    }
+
+    /// Takes the means over every component from functions, given their products with the mass matrix.
+    pub(crate) fn remove_means(&self, panel: &mut [Row], massed: &[Row]) {
+        let mut means = vec![[0.0; WIDTH]; self.count()];
+        for (&component, row) in self.of_vertex.iter().zip(massed) {
+            means[component as usize].iter_mut().zip(&row.0).for_each(|(sum, x)| *sum += x);
+        }
+        for (mean, area) in means.iter_mut().zip(&self.areas) {
+            mean.iter_mut().for_each(|sum| *sum /= area);
+        }
+        for (&component, row) in self.of_vertex.iter().zip(panel) {
+            row.0.iter_mut().zip(&means[component as usize]).for_each(|(x, mean)| *x -= mean);
+        }
+    }
+
+    /// The value on component `c` of the function of unit norm that is constant there and zero elsewhere.
+    pub(crate) fn height(&self, c: usize) -> f64 {
+        self.areas[c].sqrt().recip()
+    }
+}

@@ -1,0 +1,55 @@
+//! What can go wrong.
+
+use crate::modes::Modes;
+
+/// Why a spectral computation failed.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum SpectralError {
+    /// More modes were asked for than there are vertices.
+    #[error("{asked} modes of a surface with {vertices} vertices")]
+    TooManyModes {
+        /// How many were asked for.
+        asked: usize,
+        /// How many vertices, hence modes, there are.
+        vertices: usize,
+    },
+    /// The shift is not a positive number.
+    #[error("the shift must be a positive number, not {0}")]
+    Shift(f64),
+    /// A parameter that must be a positive number is not.
+    #[error("{name} must be a positive number, not {value}")]
+    NotPositive {
+        /// Which parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A vertex has no area around it: no face, or only faces without area.
+    #[error("vertex {0} has no area around it")]
+    NoArea(usize),
+    /// An entry of the operator is not finite: a face without area.
+    #[error("the operator is not finite at vertex {0}: a face there has no area")]
+    NotFinite(usize),
+    /// The shifted operator is not numerically positive definite.
+    #[error("the shifted operator is not positive definite: the mesh is too distorted for double precision")]
+    NotPositiveDefinite,
+    /// Memory for the factorization could not be had.
+    #[error("not enough memory to factor a matrix of {0} rows")]
+    OutOfMemory(usize),
+    /// The iteration ended before all modes were found; those found are here.
+    #[error("{} of {asked} modes converged in {applications} applications of the operator", found.len())]
+    NotConverged {
+        /// The modes that converged, ascending.
+        found: Box<Modes>,
+        /// How many were asked for.
+        asked: usize,
+        /// Vectors to which the inverse operator was applied.
+        applications: usize,
+    },
+    /// An iterative solve did not reach its tolerance.
+    #[error("the solve stopped at a relative residual of {0:.1e}")]
+    SolveNotConverged(f64),
+    /// The observer asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}

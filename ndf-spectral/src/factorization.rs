@@ -1,0 +1,186 @@
+//! Sparse Cholesky and LDLᵀ factorizations of matrices that share one pattern.
+
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
+use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Par, Side};
+use nalgebra_sparse::CsrMatrix;
+
+use crate::error::SpectralError;
+use crate::panel::{Panel, Row, WIDTH};
+use crate::triangular;
+
+/// Supernodes of up to so many columns are merged if the share of explicit zeros stays below the second number: few
+/// larger blocks are faster to solve with than many tiny ones. (The thresholds of CHOLMOD; Chen, Davis, Hager and
+/// Rajamanickam 2008.)
+const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+
+/// All threads of the current pool.
+fn parallelism() -> Par {
+    match rayon::current_num_threads() {
+        0 | 1 => Par::Seq,
+        threads => Par::rayon(threads),
+    }
+}
+
+/// Ordering and structure of the factor of a symmetric pattern: approximate minimum degree (Amestoy, Davis and Duff
+/// 1996) and supernodes. Serves every matrix of that pattern; cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    symbolic: Arc<SymbolicCholesky<usize>>,
+}
+
+impl Analysis {
+    /// Analyses the pattern of a symmetric matrix. About O(n log n) for surfaces.
+    ///
+    /// # Errors
+    /// If there is not enough memory.
+    pub fn of(matrix: &CsrMatrix<f64>) -> Result<Self, SpectralError> {
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            supernodal_params: SymbolicSupernodalParams { relax: Some(&RELAXATION) },
+            ..CholeskySymbolicParams::default()
+        };
+        let symbolic =
+            factorize_symbolic_cholesky(pattern(matrix), Side::Lower, SymmetricOrdering::Amd, params);
+        Ok(Self { symbolic: Arc::new(symbolic.map_err(|e| out_of_memory(e, matrix))?) })
+    }
+
+    /// Stored entries of the factor.
+    pub fn fill(&self) -> usize {
+        self.symbolic.len_val()
+    }
+
+    fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
+            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("the analysis asks for supernodes"),
+        }
+    }
+
+    /// The Cholesky factorization of a positive definite matrix of the analysed pattern. About O(n^1.5) for surfaces.
+    ///
+    /// # Errors
+    /// If the matrix is not positive definite to double precision or memory is short.
+    ///
+    /// # Panics
+    /// If the matrix has another number of rows than the pattern.
+    pub fn cholesky(&self, matrix: &CsrMatrix<f64>) -> Result<Cholesky, SpectralError> {
+        let par = parallelism();
+        let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
+        let mut memory =
+            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.nrows()))?;
+        let mut values = vec![0.0; self.fill()];
+        self.symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                SparseColMatRef::new(pattern(matrix), matrix.values()),
+                Side::Lower,
+                LltRegularization::default(),
+                par,
+                MemStack::new(&mut memory),
+                Default::default(),
+            )
+            .map_err(|_| SpectralError::NotPositiveDefinite)?;
+        Ok(Cholesky { analysis: self.clone(), values })
+    }
+
+    /// How many eigenvalues of a symmetric matrix of the analysed pattern are negative, by the signs of the pivots of
+    /// LDLᵀ (Sylvester's law of inertia). `None` where the pivots are not to be trusted.
+    ///
+    /// # Errors
+    /// If memory is short.
+    pub fn negative_eigenvalues(&self, matrix: &CsrMatrix<f64>) -> Result<Option<usize>, SpectralError> {
+        let par = parallelism();
+        let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
+        let mut memory =
+            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.nrows()))?;
+        let mut values = vec![0.0; self.fill()];
+        let factored = self.symbolic.factorize_numeric_ldlt(
+            &mut values,
+            SparseColMatRef::new(pattern(matrix), matrix.values()),
+            Side::Lower,
+            LdltRegularization::default(),
+            par,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        if factored.is_err() {
+            return Ok(None);
+        }
+        let s = self.supernodes();
+        let mut pivots = Vec::with_capacity(matrix.nrows());
+        for node in 0..s.n_supernodes() {
+            let columns = s.supernode_end()[node] - s.supernode_begin()[node];
+            let rows = columns + s.nnz_per_super()[node];
+            pivots.extend((0..columns).map(|c| values[s.col_ptr_for_val()[node] + c * rows + c]));
+        }
+        let trusted = pivots.iter().all(|p| p.is_finite() && *p != 0.0);
+        Ok(trusted.then(|| pivots.iter().filter(|p| **p < 0.0).count()))
+    }
+}
+
+/// A Cholesky factorization `P A Pᵀ = L Lᵀ`.
+#[derive(Clone, Debug)]
+pub struct Cholesky {
+    analysis: Analysis,
+    values: Vec<f64>,
+}
+
+impl Cholesky {
+    /// The ordering and structure, to factor other matrices of the same pattern.
+    pub fn analysis(&self) -> &Analysis {
+        &self.analysis
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.analysis.symbolic.nrows()
+    }
+
+    /// Solves for up to eight right-hand sides at once, each replaced by its solution: together they cost hardly more
+    /// than one. Reads the factor twice for every eight.
+    ///
+    /// # Panics
+    /// If a length is not the number of rows.
+    pub fn solve(&self, right_hand_sides: &mut [&mut [f64]]) {
+        for sides in right_hand_sides.chunks_mut(WIDTH) {
+            assert!(sides.iter().all(|side| side.len() == self.rows()));
+            let mut panel = vec![Row::default(); self.rows()];
+            for (c, side) in sides.iter().enumerate() {
+                panel.iter_mut().zip(side.iter()).for_each(|(row, x)| row.0[c] = *x);
+            }
+            self.solve_panel(&mut panel);
+            for (c, side) in sides.iter_mut().enumerate() {
+                panel.iter().zip(side.iter_mut()).for_each(|(row, x)| *x = row.0[c]);
+            }
+        }
+    }
+
+    /// Solves for a panel of right-hand sides, which is replaced by the solutions.
+    pub(crate) fn solve_panel(&self, panel: &mut Panel) {
+        let order = self.analysis.symbolic.perm().expect("an ordering was computed").arrays().0;
+        let mut permuted: Panel = order.iter().map(|&i| panel[i]).collect();
+        triangular::solve(self.analysis.supernodes(), &self.values, &mut permuted);
+        order.iter().zip(permuted).for_each(|(&i, row)| panel[i] = row);
+    }
+}
+
+/// Rows of a symmetric matrix are its columns.
+fn pattern(matrix: &CsrMatrix<f64>) -> SymbolicSparseColMatRef<'_, usize> {
+    let n = matrix.nrows();
+    SymbolicSparseColMatRef::new_checked(n, n, matrix.row_offsets(), None, matrix.col_indices())
+}
+
+fn out_of_memory(_: FaerError, matrix: &CsrMatrix<f64>) -> SpectralError {
+    SpectralError::OutOfMemory(matrix.nrows())
+}

@@ -1,0 +1,186 @@
+//! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
+//!
+//! The space grows by blocks: a factor is read once for a whole block of solves, which is what they cost, and blocks
+//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all before
+//! it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as computed, so that a restart is no
+//! more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric eigenvalue
+//! problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe 1980.
+//!
+//! The kernel of L is known (constants on components) and kept out of the space: what remains has eigenvalues of one
+//! order of magnitude, however small the shift.
+
+use nalgebra_sparse::na::DMatrix;
+
+use crate::factorization::Cholesky;
+use crate::laplace_beltrami::LaplaceBeltrami;
+use crate::orthonormal::{Random, orthonormalise};
+use crate::panel::{Panel, Row, WIDTH, add_combination, combinations, multiply, products};
+
+/// A Krylov space with the operator projected onto it.
+pub(crate) struct KrylovSpace<'a> {
+    operator: &'a LaplaceBeltrami,
+    inverse: &'a Cholesky,
+    /// M-orthonormal functions that span the space, and the next block last.
+    basis: Vec<Panel>,
+    /// The operator on the span; the upper triangle is meant.
+    projected: DMatrix<f64>,
+    /// How the image of the last block leaves the space: in the next block.
+    coupling: DMatrix<f64>,
+    /// Whether the image of the next block has large parts along all of the basis, not just along its last blocks.
+    coupled_to_all: bool,
+    /// Products with the mass matrix, kept for their memory.
+    massed: Panel,
+    random: Random,
+}
+
+/// Eigenpairs of the projected operator, by descending value.
+pub(crate) struct Ritz {
+    /// Values θ = 1/(λ + σ).
+    pub(crate) values: Vec<f64>,
+    /// Coefficients in the basis, a column each.
+    vectors: DMatrix<f64>,
+    /// What the image of the vector has outside the space, a column each, in the next block.
+    remainders: DMatrix<f64>,
+}
+
+impl Ritz {
+    /// Residual of a pair relative to its value.
+    pub(crate) fn residual(&self, i: usize) -> f64 {
+        self.remainders.column(i).norm() / self.values[i].abs()
+    }
+
+    /// How many of the first `wanted` pairs have residuals below a tolerance, up to the first that has not.
+    pub(crate) fn converged(&self, wanted: usize, tolerance: f64) -> usize {
+        (0..wanted.min(self.values.len())).take_while(|&i| self.residual(i) <= tolerance).count()
+    }
+}
+
+impl<'a> KrylovSpace<'a> {
+    /// A space without dimensions; the next block is random functions.
+    pub(crate) fn new(operator: &'a LaplaceBeltrami, inverse: &'a Cholesky) -> Self {
+        let mut space = Self {
+            operator,
+            inverse,
+            basis: Vec::new(),
+            projected: DMatrix::zeros(0, 0),
+            coupling: DMatrix::zeros(WIDTH, WIDTH),
+            coupled_to_all: true,
+            massed: Panel::new(),
+            random: Random::default(),
+        };
+        let start = space.fresh_block();
+        space.basis.push(start);
+        space
+    }
+
+    /// Dimensions.
+    pub(crate) fn size(&self) -> usize {
+        self.projected.nrows()
+    }
+
+    /// Replaces the next block by random functions orthogonal to the space.
+    pub(crate) fn renew_block(&mut self) {
+        self.basis.pop();
+        let block = self.fresh_block();
+        self.basis.push(block);
+        self.coupling.fill(0.0);
+        self.coupled_to_all = true;
+    }
+
+    /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
+    /// what is but rounding in coefficients becomes large when L is applied to it.
+    fn fresh_block(&mut self) -> Panel {
+        let rows = self.operator.vertex_count();
+        let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
+        let mut block = Panel::new();
+        multiply(self.operator.mass(), &noise, &mut block);
+        self.inverse.solve_panel(&mut block);
+        for _ in 0..2 {
+            self.orthogonalise(&mut block, 0);
+        }
+        let mut block = vec![block];
+        orthonormalise(self.operator.mass(), &mut block, WIDTH).expect("random functions are independent");
+        block.swap_remove(0)
+    }
+
+    /// Takes the means and the part along the basis, from block `first` on, from functions; returns the coefficients of
+    /// that part.
+    fn orthogonalise(&mut self, functions: &mut Panel, first: usize) -> DMatrix<f64> {
+        multiply(self.operator.mass(), functions, &mut self.massed);
+        self.operator.components().remove_means(functions, &self.massed);
+        let coefficients = products(&self.basis[first..], std::slice::from_ref(&self.massed));
+        add_combination(functions, -1.0, &self.basis[first..], &coefficients);
+        coefficients
+    }
+
+    /// Applies the operator to the next block, which joins the space; what the image has outside is the new next block.
+    pub(crate) fn expand(&mut self) {
+        let size = self.size();
+        let mut image = Panel::new();
+        multiply(self.operator.mass(), &self.basis[size / WIDTH], &mut image);
+        self.inverse.solve_panel(&mut image);
+        // First the large part: along the last two blocks, but for the first image after a change of basis. Then all
+        // that rounding has left along the basis.
+        let first =
+            if std::mem::take(&mut self.coupled_to_all) { 0 } else { self.basis.len().saturating_sub(2) };
+        let large = self.orthogonalise(&mut image, first);
+        let mut coefficients = self.orthogonalise(&mut image, 0);
+        let mut rows = coefficients.rows_mut(first * WIDTH, large.nrows());
+        rows += large;
+        let grown = size + WIDTH;
+        self.projected.resize_mut(grown, grown, 0.0);
+        self.projected.columns_mut(size, WIDTH).copy_from(&coefficients);
+        let mut image = vec![image];
+        match orthonormalise(self.operator.mass(), &mut image, WIDTH) {
+            Some(triangle) => {
+                self.basis.append(&mut image);
+                self.coupling = triangle;
+            }
+            None => {
+                // The space is invariant, or nearly: go on in directions it has nothing of.
+                let block = self.fresh_block();
+                self.basis.push(block);
+                self.coupling.fill(0.0);
+                self.coupled_to_all = true;
+            }
+        }
+    }
+
+    /// Eigenpairs of the projected operator. O(size³).
+    pub(crate) fn ritz(&self) -> Ritz {
+        let size = self.size();
+        let symmetric = DMatrix::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))]);
+        let eigen = symmetric.symmetric_eigen();
+        let mut order: Vec<usize> = (0..size).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let values = order.iter().map(|&i| eigen.eigenvalues[i]).collect();
+        let vectors = eigen.eigenvectors.select_columns(&order);
+        let remainders = &self.coupling * vectors.rows(size - WIDTH, WIDTH);
+        Ritz { values, vectors, remainders }
+    }
+
+    /// Shrinks the space to at least the first `keep` Ritz vectors; the next block stays.
+    pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) {
+        let keep = keep.next_multiple_of(WIDTH).min(self.size());
+        let next = self.basis.pop().expect("the next block is always there");
+        self.basis = combinations(&self.basis, &ritz.vectors.columns(0, keep).into_owned());
+        self.basis.push(next);
+        self.projected = DMatrix::zeros(keep, keep);
+        self.coupled_to_all = true;
+        (0..keep).for_each(|i| self.projected[(i, i)] = ritz.values[i]);
+    }
+
+    /// The first `count` Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under
+    /// the operator, which costs nothing here and makes residuals of Lφ = λMφ as small as those of the inverse problem
+    /// (Ericsson and Ruhe 1980, §4).
+    pub(crate) fn functions(&self, ritz: &Ritz, count: usize) -> Vec<Panel> {
+        let size = self.size();
+        let coefficients = DMatrix::from_fn(size + WIDTH, count, |i, j| {
+            if i < size { ritz.vectors[(i, j)] } else { ritz.remainders[(i - size, j)] / ritz.values[j] }
+        });
+        let mut functions = combinations(&self.basis, &coefficients);
+        // The remainders tilt the functions by no more than the residuals: the factor is all but the identity.
+        orthonormalise(self.operator.mass(), &mut functions, count).expect("Ritz functions are independent");
+        functions
+    }
+}

@@ -1,0 +1,165 @@
+//! The discrete Laplace–Beltrami operator `M⁻¹ L` of a surface.
+
+use nalgebra_sparse::CsrMatrix;
+use ndf_core::TriangleMesh;
+use ndf_intrinsic::IntrinsicMesh;
+
+use crate::components::Components;
+use crate::error::SpectralError;
+use crate::laplacian::cotangent_laplacian;
+use crate::mass::{Mass, mass_matrix};
+use crate::triangulation::Triangulation;
+use crate::tufted_cover::TuftedCover;
+
+/// Faces flatter than this are mollified: `a + b − c` below this fraction of the mean length. The lengths of all
+/// edges then change in the tenth digit.
+pub const MOLLIFICATION: f64 = 1e-10;
+
+/// How an operator is made of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OperatorOptions {
+    /// The mass matrix.
+    pub mass: Mass,
+    /// Whether to flip to the intrinsic Delaunay triangulation first: all weights are then non-negative, the maximum
+    /// principle holds, and modes are better on bad meshes. Otherwise the mesh is taken as it is.
+    pub delaunay: bool,
+}
+
+impl Default for OperatorOptions {
+    /// Lumped barycentric mass, intrinsic Delaunay.
+    fn default() -> Self {
+        Self { mass: Mass::Barycentric, delaunay: true }
+    }
+}
+
+/// Stiffness and mass matrix of linear finite elements on a surface.
+#[derive(Clone, Debug)]
+pub struct LaplaceBeltrami {
+    laplacian: CsrMatrix<f64>,
+    mass: CsrMatrix<f64>,
+    components: Components,
+}
+
+impl LaplaceBeltrami {
+    /// The operator of an intrinsic mesh. Faces without area are [mollified](IntrinsicMesh::mollify). O(n).
+    ///
+    /// # Errors
+    /// If a vertex has no area around it.
+    pub fn new(mesh: &IntrinsicMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
+        let triangulation = Triangulation::of_mesh(&prepared(mesh, options.delaunay));
+        Self::of_matrices(cotangent_laplacian(&triangulation), mass_matrix(&triangulation, options.mass))
+    }
+
+    /// The operator of any set of triangles, manifold or not: half that of its [tufted cover](TuftedCover). With
+    /// `delaunay` off it is the plain cotangent Laplacian. O(n log n).
+    ///
+    /// # Errors
+    /// If a vertex has no area around it.
+    pub fn of_triangles(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
+        let cover = TuftedCover::new(mesh);
+        let surface = prepared(&cover.mesh, options.delaunay);
+        let original = |v: u32| cover.original[v as usize];
+        let faces = 0..surface.face_count() as u32;
+        let triangulation = Triangulation::new(
+            mesh.vertex_count(),
+            faces.clone().map(|f| surface.face_vertices(f).map(original)).collect(),
+            faces.map(|f| surface.sides(f)).collect(),
+        );
+        let half = |mut matrix: CsrMatrix<f64>| {
+            matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
+            matrix
+        };
+        Self::of_matrices(
+            half(cotangent_laplacian(&triangulation)),
+            half(mass_matrix(&triangulation, options.mass)),
+        )
+    }
+
+    /// The operator of given matrices: a symmetric positive semidefinite Laplacian whose rows sum to zero, and a
+    /// symmetric positive definite mass matrix whose pattern is part of the Laplacian's.
+    ///
+    /// # Errors
+    /// If an entry is not finite or a diagonal entry of the mass is not positive.
+    pub fn of_matrices(laplacian: CsrMatrix<f64>, mass: CsrMatrix<f64>) -> Result<Self, SpectralError> {
+        for (v, (stiffness, weights)) in laplacian.row_iter().zip(mass.row_iter()).enumerate() {
+            let positive = weights.get_entry(v).is_some_and(|entry| entry.into_value() > 0.0);
+            if !positive {
+                return Err(SpectralError::NoArea(v));
+            }
+            if !stiffness.values().iter().chain(weights.values()).all(|x| x.is_finite()) {
+                return Err(SpectralError::NotFinite(v));
+            }
+        }
+        let components = Components::new(&laplacian, &mass);
+        Ok(Self { laplacian, mass, components })
+    }
+
+    /// The stiffness matrix `L`, positive semidefinite.
+    pub fn laplacian(&self) -> &CsrMatrix<f64> {
+        &self.laplacian
+    }
+
+    /// The mass matrix `M`.
+    pub fn mass(&self) -> &CsrMatrix<f64> {
+        &self.mass
+    }
+
+    /// Connected components.
+    pub fn components(&self) -> &Components {
+        &self.components
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.laplacian.nrows()
+    }
+
+    /// `L u`.
+    ///
+    /// # Panics
+    /// If there is not one value for every vertex.
+    pub fn stiffened(&self, u: &[f64]) -> Vec<f64> {
+        product(&self.laplacian, u)
+    }
+
+    /// `M u`.
+    ///
+    /// # Panics
+    /// If there is not one value for every vertex.
+    pub fn massed(&self, u: &[f64]) -> Vec<f64> {
+        product(&self.mass, u)
+    }
+
+    /// Takes from a function its mean over every component.
+    ///
+    /// # Panics
+    /// If there is not one value for every vertex.
+    pub fn remove_means(&self, u: &mut [f64]) {
+        let means = self.components.means(&self.massed(u));
+        u.iter_mut().zip(self.components.of_vertices()).for_each(|(u, &c)| *u -= means[c as usize]);
+    }
+
+    /// Total area.
+    pub fn area(&self) -> f64 {
+        self.components.areas().iter().sum()
+    }
+}
+
+/// A matrix times a vector.
+fn product(matrix: &CsrMatrix<f64>, u: &[f64]) -> Vec<f64> {
+    assert_eq!(u.len(), matrix.ncols());
+    let row = |row: nalgebra_sparse::csr::CsrRow<'_, f64>| {
+        row.col_indices().iter().zip(row.values()).map(|(&j, a)| a * u[j]).sum()
+    };
+    matrix.row_iter().map(row).collect()
+}
+
+/// The mesh without flat faces, and intrinsic Delaunay if asked.
+fn prepared(mesh: &IntrinsicMesh, delaunay: bool) -> IntrinsicMesh {
+    let mut mesh = mesh.clone();
+    mesh.mollify(MOLLIFICATION);
+    if delaunay && !mesh.is_delaunay() {
+        mesh.flip_to_delaunay();
+    }
+    mesh
+}

@@ -1,0 +1,53 @@
+//! Orthonormal bases in the inner product of a mass matrix.
+
+use nalgebra_sparse::CsrMatrix;
+use nalgebra_sparse::na::DMatrix;
+
+use crate::panel::{Panel, WIDTH, combinations, multiply, products};
+
+/// Makes the first `count` functions orthonormal, `W = Q R`, and returns the upper triangle R; `None` where they are
+/// dependent to half the digits. Cholesky QR, repeated where angles are small (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015).
+pub(crate) fn orthonormalise(
+    mass: &CsrMatrix<f64>,
+    functions: &mut Vec<Panel>,
+    count: usize,
+) -> Option<DMatrix<f64>> {
+    let mut triangle = DMatrix::identity(count, count);
+    for pass in 0..2 {
+        let mut massed = vec![Panel::new(); functions.len()];
+        functions.iter().zip(&mut massed).for_each(|(panel, massed)| multiply(mass, panel, massed));
+        let gram = products(functions, &massed);
+        let norms: Vec<f64> = (0..count).map(|i| gram[(i, i)].sqrt()).collect();
+        // With unit columns the pivots are sines of angles, whatever the lengths.
+        let correlation = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
+        let factor = correlation.cholesky()?.unpack();
+        let smallest = factor.diagonal().iter().copied().fold(1.0, f64::min);
+        if pass == 0 && smallest <= 1e-6 {
+            return None;
+        }
+        let upper = DMatrix::from_fn(count, count, |i, j| factor[(j, i)] * norms[j]);
+        let inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
+        *functions = combinations(functions, &inverse.resize(functions.len() * WIDTH, count, 0.0));
+        triangle = upper * triangle;
+        // The error is that of rounding divided by the square of the smallest sine.
+        if smallest > 0.5 {
+            break;
+        }
+    }
+    Some(triangle)
+}
+
+/// Numbers in [-1, 1) that are the same in every run (SplitMix64; Steele, Lea and Flood 2014).
+#[derive(Default)]
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}

@@ -1,0 +1,207 @@
+//! Blocks of eight functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
+//! for once and eight functions share.
+//!
+//! Work is cut into slices of rows of a fixed size and their results are summed in order, so that the number of
+//! threads does not show in them.
+
+#![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
+
+use nalgebra_sparse::CsrMatrix;
+use nalgebra_sparse::na::DMatrix;
+use pulp::Simd;
+use rayon::prelude::*;
+
+use crate::simd::{self, Kernel};
+pub(crate) use crate::simd::{Row, WIDTH};
+
+/// Rows a thread works on at a time: slices of some dozen panels fit the second cache of a core.
+const SLICE: usize = 512;
+
+/// Eight functions.
+pub(crate) type Panel = Vec<Row>;
+
+/// `matrix · panel`. O(entries).
+pub(crate) fn multiply(matrix: &CsrMatrix<f64>, panel: &[Row], product: &mut Panel) {
+    product.resize(panel.len(), Row::default());
+    product.par_chunks_mut(SLICE).enumerate().for_each(|(slice, product)| {
+        simd::run(Multiply { matrix, panel, first: slice * SLICE, product });
+    });
+}
+
+struct Multiply<'a> {
+    matrix: &'a CsrMatrix<f64>,
+    panel: &'a [Row],
+    /// The row of the matrix that the first of the product is for.
+    first: usize,
+    product: &'a mut [Row],
+}
+
+impl Kernel for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(self, simd: S) {
+        let (offsets, columns, values) = self.matrix.csr_data();
+        let offsets = offsets[self.first..].windows(2);
+        for (row, range) in self.product.iter_mut().zip(offsets) {
+            let range = range[0]..range[1];
+            let mut sum = simd::zero::<S, V>(simd);
+            for (&value, &column) in values[range.clone()].iter().zip(&columns[range]) {
+                sum = simd::add(simd, sum, value, simd::load(simd, &self.panel[column]));
+            }
+            simd::store::<S, V>(row, sum);
+        }
+    }
+}
+
+/// `(a₁, a₂, …)ᵀ (b₁, b₂, …)`: inner products of all functions with all. O(n · functions²).
+pub(crate) fn products(a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
+    let rows = b.first().map_or(0, Vec::len);
+    let shape = (a.len() * WIDTH, b.len() * WIDTH);
+    let slices: Vec<DMatrix<f64>> = (0..rows.div_ceil(SLICE))
+        .into_par_iter()
+        .map(|slice| {
+            let range = slice * SLICE..rows.min((slice + 1) * SLICE);
+            let mut sums = DMatrix::zeros(shape.0, shape.1);
+            for (j, b) in b.iter().enumerate() {
+                for (i, a) in a.iter().enumerate() {
+                    let block = simd::run(Products { a: &a[range.clone()], b: &b[range.clone()] });
+                    let mut target = sums.view_mut((i * WIDTH, j * WIDTH), (WIDTH, WIDTH));
+                    for (r, row) in block.iter().enumerate() {
+                        for (c, value) in row.0.iter().enumerate() {
+                            target[(r, c)] = *value;
+                        }
+                    }
+                }
+            }
+            sums
+        })
+        .collect();
+    slices.into_iter().fold(DMatrix::zeros(shape.0, shape.1), |sum, slice| sum + slice)
+}
+
+struct Products<'a> {
+    a: &'a [Row],
+    b: &'a [Row],
+}
+
+impl Kernel for Products<'_> {
+    type Output = [Row; WIDTH];
+
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(self, simd: S) -> Self::Output {
+        let mut sums = [simd::zero::<S, V>(simd); WIDTH];
+        for (a, b) in self.a.iter().zip(self.b) {
+            let b = simd::load::<S, V>(simd, b);
+            for i in 0..WIDTH {
+                sums[i] = simd::add(simd, sums[i], a.0[i], b);
+            }
+        }
+        let mut rows = [Row::default(); WIDTH];
+        for i in 0..WIDTH {
+            simd::store::<S, V>(&mut rows[i], sums[i]);
+        }
+        rows
+    }
+}
+
+/// `target += factor · (a₁, a₂, …) · coefficients`. O(n · functions).
+pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &DMatrix<f64>) {
+    add_combinations(std::slice::from_mut(target), a, &(factor * coefficients));
+}
+
+/// Adds `(a₁, a₂, …) · coefficients` to the targets, slice by slice of all, so that `a` is read once.
+fn add_combinations(targets: &mut [Panel], a: &[Panel], coefficients: &DMatrix<f64>) {
+    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, targets.len() * WIDTH));
+    let block = |i: usize, j: usize| {
+        let entry = |r, c| coefficients[(i * WIDTH + r, j * WIDTH + c)];
+        std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
+    };
+    let blocks: Vec<Vec<[Row; WIDTH]>> =
+        (0..targets.len()).map(|j| (0..a.len()).map(|i| block(i, j)).collect()).collect();
+    let mut slices: Vec<Vec<&mut [Row]>> = Vec::new();
+    for target in targets {
+        for (slice, rows) in target.chunks_mut(SLICE).enumerate() {
+            if slice == slices.len() {
+                slices.push(Vec::new());
+            }
+            slices[slice].push(rows);
+        }
+    }
+    slices.into_par_iter().enumerate().for_each(|(slice, targets)| {
+        for (target, blocks) in targets.into_iter().zip(&blocks) {
+            for (a, block) in a.iter().zip(blocks) {
+                let a = &a[slice * SLICE..][..target.len()];
+                simd::run(Combination { target: &mut *target, a, block });
+            }
+        }
+    });
+}
+
+struct Combination<'a> {
+    target: &'a mut [Row],
+    a: &'a [Row],
+    block: &'a [Row; WIDTH],
+}
+
+impl Kernel for Combination<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd, const V: usize>(self, simd: S) {
+        let mut block = [simd::zero::<S, V>(simd); WIDTH];
+        for i in 0..WIDTH {
+            block[i] = simd::load(simd, &self.block[i]);
+        }
+        for (target, a) in self.target.iter_mut().zip(self.a) {
+            // Two sums, so that an addition need not wait for the one before.
+            let mut sums = [simd::load::<S, V>(simd, target), simd::zero(simd)];
+            for i in 0..WIDTH {
+                sums[i % 2] = simd::add(simd, sums[i % 2], a.0[i], block[i]);
+            }
+            simd::store::<S, V>(target, simd::add(simd, sums[0], 1.0, sums[1]));
+        }
+    }
+}
+
+/// `(a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, up to zeros at the end.
+pub(crate) fn combinations(a: &[Panel], coefficients: &DMatrix<f64>) -> Vec<Panel> {
+    let rows = a.first().map_or(0, Vec::len);
+    let padded =
+        coefficients.clone().resize(a.len() * WIDTH, coefficients.ncols().next_multiple_of(WIDTH), 0.0);
+    let mut combined = vec![vec![Row::default(); rows]; padded.ncols() / WIDTH];
+    add_combinations(&mut combined, a, &padded);
+    combined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::orthonormal::Random;
+    use approx::assert_relative_eq;
+
+    fn random_panels(count: usize, rows: usize) -> (Vec<Panel>, DMatrix<f64>) {
+        let mut random = Random::default();
+        let panels: Vec<Panel> = (0..count)
+            .map(|_| (0..rows).map(|_| Row(std::array::from_fn(|_| random.next()))).collect())
+            .collect();
+        let dense = DMatrix::from_fn(rows, count * WIDTH, |i, j| panels[j / WIDTH][i].0[j % WIDTH]);
+        (panels, dense)
+    }
+
+    #[test]
+    fn products_and_combinations_are_those_of_matrices() {
+        let (panels, dense) = random_panels(3, 2 * SLICE + 17);
+        assert_relative_eq!(
+            products(&panels, &panels[1..]),
+            dense.transpose() * dense.columns(WIDTH, 2 * WIDTH),
+            epsilon = 1e-9
+        );
+        let coefficients = DMatrix::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
+        let combined = combinations(&panels, &coefficients);
+        let expected = &dense * &coefficients;
+        for (i, j) in [(0, 0), (5, 10), (SLICE + 1, 7), (2 * SLICE + 16, 8)] {
+            assert_relative_eq!(combined[j / WIDTH][i].0[j % WIDTH], expected[(i, j)], epsilon = 1e-9);
+        }
+    }
+}

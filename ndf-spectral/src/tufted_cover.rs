@@ -1,0 +1,113 @@
+//! The tufted cover (Sharp and Crane 2020, "A Laplacian for nonmanifold triangle meshes", §3.3): any set of
+//! triangles, doubled to two sides each and glued to a closed surface on which Delaunay flips are possible.
+
+use ndf_core::TriangleMesh;
+use ndf_intrinsic::{DeltaComplex, IntrinsicMesh, NO_HALFEDGE};
+
+/// A closed surface that covers a triangle mesh twice.
+#[derive(Clone, Debug)]
+pub struct TuftedCover {
+    /// The surface. A vertex of the mesh has one vertex here for each fan of sides around it.
+    pub mesh: IntrinsicMesh,
+    /// The vertex of the mesh that each vertex of the surface lies over.
+    pub original: Vec<u32>,
+}
+
+impl TuftedCover {
+    /// The cover of a triangle mesh, manifold or not, oriented or not. Around an edge, the front of every face is
+    /// glued to the back of the next, in the order of their numbers: the order does not matter to the Laplacian's
+    /// properties. Faces that name a vertex twice are left out. O(n log n).
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let faces: Vec<[u32; 3]> =
+            mesh.faces().iter().copied().filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        // Side f < F is the front of face f, side F + f its back, with corners 0 and 1 swapped.
+        let backs = faces.iter().map(|&[a, b, c]| [b, a, c]);
+        let sides: Vec<[u32; 3]> = faces.iter().copied().chain(backs).collect();
+        let twins = glue(&faces);
+        let mut corners = vec![u32::MAX; 3 * sides.len()];
+        let mut original = Vec::new();
+        let next = |h: u32| if h % 3 == 2 { h - 2 } else { h + 1 };
+        for start in 0..corners.len() as u32 {
+            let mut h = start;
+            while corners[h as usize] == u32::MAX {
+                corners[h as usize] = original.len() as u32;
+                // Clockwise: the half-edge after the twin leaves the same vertex.
+                h = next(twins[h as usize]);
+            }
+            if h == start && corners[h as usize] == original.len() as u32 {
+                original.push(sides[start as usize / 3][start as usize % 3]);
+            }
+        }
+        let complex = DeltaComplex::from_gluing(original.len(), &corners, &twins)
+            .expect("every side of a face has one twin, and vertices are the orbits around them");
+        let lengths = (0..complex.edge_count() as u32)
+            .map(|e| {
+                let [a, b] = complex.edge_vertices(e).map(|v| original[v as usize] as usize);
+                mesh.positions()[a].distance(mesh.positions()[b])
+            })
+            .collect();
+        let mesh = IntrinsicMesh::new(complex, lengths, f64::INFINITY).expect("positions are finite");
+        Self { mesh, original }
+    }
+}
+
+/// Twins of the half-edges of fronts and backs.
+fn glue(faces: &[[u32; 3]]) -> Vec<u32> {
+    let count = 3 * faces.len() as u32;
+    // The half-edge of the back along half-edge 3 f + c of the front: the back's corners are 1, 0, 2 of the front's.
+    let back = |h: u32| count + h - h % 3 + [0, 2, 1][h as usize % 3];
+    let mut by_edge: Vec<(u32, u32, u32)> = (0..count)
+        .map(|h| {
+            let face = faces[h as usize / 3];
+            let (a, b) = (face[h as usize % 3], face[(h as usize + 1) % 3]);
+            (a.min(b), a.max(b), h)
+        })
+        .collect();
+    by_edge.sort_unstable();
+    let mut twins = vec![NO_HALFEDGE; 2 * count as usize];
+    for around in by_edge.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for (i, &(low, _, h)) in around.iter().enumerate() {
+            // Of the two half-edges of a face, one runs from the lower vertex to the higher and one against it.
+            let half = |h: u32, upward: bool| {
+                let front_upward = faces[h as usize / 3][h as usize % 3] == low;
+                if front_upward == upward { h } else { back(h) }
+            };
+            let following = around[(i + 1) % around.len()].2;
+            let (a, b) = (half(h, true), half(following, false));
+            twins[a as usize] = b;
+            twins[b as usize] = a;
+        }
+    }
+    twins
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use glam::DVec3;
+    use ndf_core::mesh::shapes;
+
+    #[test]
+    fn covers_are_closed_surfaces_of_twice_the_area() {
+        // Three pages of a book, two cones that share their tip, and an open grid.
+        let book = TriangleMesh::new(
+            vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::Y, -DVec3::X],
+            vec![[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+        );
+        let bow = TriangleMesh::new(
+            vec![DVec3::ZERO, DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y],
+            vec![[0, 1, 2], [0, 3, 4]],
+        );
+        for mesh in [book.unwrap(), bow.unwrap(), shapes::grid(4, 3), shapes::icosphere(1)] {
+            let cover = TuftedCover::new(&mesh);
+            cover.mesh.check().unwrap();
+            assert_eq!(cover.mesh.boundary_edge_count(), 0);
+            assert_relative_eq!(cover.mesh.total_area(), 2.0 * mesh.area(), max_relative = 1e-12);
+            let mut met: Vec<u32> = cover.original.clone();
+            met.sort_unstable();
+            met.dedup();
+            assert_eq!(met.len(), mesh.vertex_count());
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Laws that eigenmodes obey, on surfaces whose spectra are known.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::f64::consts::{PI, TAU};
+
+use approx::assert_relative_eq;
+use glam::{DQuat, DVec3};
+use nalgebra_sparse::na::DMatrix;
+use ndf_core::ManifoldMesh;
+use ndf_core::mesh::{TriangleMesh, shapes};
+use ndf_core::progress::{NoProgress, Progress};
+use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
+use ndf_spectral::{LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
+
+fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {
+    IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh).unwrap())
+}
+
+fn operator(mesh: TriangleMesh, mass: Mass) -> LaplaceBeltrami {
+    LaplaceBeltrami::new(&intrinsic(mesh), OperatorOptions { mass, delaunay: true }).unwrap()
+}
+
+fn modes(operator: &LaplaceBeltrami, count: usize) -> Modes {
+    let options = ModeOptions { count, ..ModeOptions::default() };
+    operator.modes(&options, &NoProgress).unwrap()
+}
+
+/// Residuals, orthonormality, order, sign, and that nothing is missing.
+fn check(operator: &LaplaceBeltrami, modes: &Modes) {
+    assert!(modes.verified);
+    assert!(modes.max_residual() <= 1e-8, "residual {:e}", modes.max_residual());
+    let gram = modes.coefficients(operator, &modes.functions);
+    let error = (gram - DMatrix::identity(modes.len(), modes.len())).amax();
+    assert!(error <= 1e-10, "orthonormal to {error:e}");
+    assert!(modes.eigenvalues.as_slice().is_sorted());
+    for function in modes.functions.column_iter() {
+        let largest = function.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap();
+        assert!(largest > 0.0 || function.max() >= (1.0 - 1e-6) * -largest);
+    }
+}
+
+/// A bumpy sphere without symmetries.
+fn potato(levels: u32) -> TriangleMesh {
+    shapes::icosphere(levels).map_positions(|p| {
+        let bump = 1.0 + 0.2 * (3.0 * p.x + 1.0).sin() + 0.15 * (4.0 * p.y).cos() + 0.1 * p.z;
+        DVec3::new(1.0, 1.3, 0.8) * p * bump
+    })
+}
+
+#[test]
+fn modes_agree_with_a_dense_solver() {
+    for (mesh, count) in [(potato(3), 30), (shapes::torus(40, 18, 1.0, 0.4), 12), (shapes::grid(24, 20), 25)]
+    {
+        for mass in [Mass::Barycentric, Mass::MixedVoronoi, Mass::Consistent] {
+            let operator = operator(mesh.clone(), mass);
+            let modes = modes(&operator, count);
+            check(&operator, &modes);
+            let dense = |matrix: &nalgebra_sparse::CsrMatrix<f64>| {
+                let mut dense = DMatrix::zeros(matrix.nrows(), matrix.ncols());
+                matrix.triplet_iter().for_each(|(i, j, x)| dense[(i, j)] = *x);
+                dense
+            };
+            let inverse = dense(operator.mass()).cholesky().unwrap().l().try_inverse().unwrap();
+            let reduced = &inverse * dense(operator.laplacian()) * inverse.transpose();
+            let mut expected = reduced.symmetric_eigenvalues().as_slice().to_vec();
+            expected.sort_by(f64::total_cmp);
+            for (found, expected) in modes.eigenvalues.iter().zip(&expected) {
+                assert_relative_eq!(found, expected, max_relative = 1e-9, epsilon = 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_have_eigenvalues_l_times_l_plus_one_at_second_order() {
+    let exact: Vec<f64> = (0..5_u32).flat_map(|l| (0..=2 * l).map(move |_| f64::from(l * (l + 1)))).collect();
+    for mass in [Mass::Barycentric, Mass::MixedVoronoi, Mass::Consistent] {
+        let errors: Vec<f64> = [3, 4, 5]
+            .map(|levels| {
+                let operator = operator(shapes::icosphere(levels), mass);
+                let modes = modes(&operator, exact.len());
+                check(&operator, &modes);
+                let error = |(found, exact): (&f64, &f64)| (found - exact).abs() / exact.max(1.0);
+                modes.eigenvalues.iter().zip(&exact).map(error).fold(0.0, f64::max)
+            })
+            .to_vec();
+        for pair in errors.windows(2) {
+            assert!((3.6..4.4).contains(&(pair[0] / pair[1])), "{mass:?}: {errors:?}");
+        }
+        assert!(errors[2] < 5e-3, "{mass:?}: {errors:?}");
+    }
+}
+
+/// The smallest values of `a·i² + b·j²` over ranges of integers.
+fn smallest(count: usize, range: std::ops::Range<i32>, a: f64, b: f64) -> Vec<f64> {
+    let both = |i: i32| range.clone().map(move |j| a * f64::from(i * i) + b * f64::from(j * j));
+    let mut all: Vec<f64> = range.clone().flat_map(both).collect();
+    all.sort_by(f64::total_cmp);
+    all.truncate(count);
+    all
+}
+
+/// A flat torus, known by its lengths alone: an `m` × `n` grid of a rectangle with opposite sides glued.
+fn flat_torus(m: u32, n: u32, width: f64, height: f64) -> IntrinsicMesh {
+    let vertex = |i: u32, j: u32| (i % m) + m * (j % n);
+    let mut tails = Vec::new();
+    let mut twins = Vec::new();
+    // Faces 2q and 2q + 1 of quad q: half-edges right, up, diagonal back; and diagonal, left, down.
+    let face = |i: u32, j: u32| 2 * vertex(i, j);
+    for j in 0..n {
+        for i in 0..m {
+            tails.extend([vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)]);
+            tails.extend([vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)]);
+            let below = face(i, j + n - 1) + 1;
+            let right = face(i + 1, j) + 1;
+            let own = face(i, j);
+            twins.extend([3 * below + 1, 3 * right + 2, 3 * (own + 1)]);
+            twins.extend([3 * own + 2, 3 * face(i, j + 1), 3 * face(i + m - 1, j) + 1]);
+        }
+    }
+    let complex = DeltaComplex::from_gluing((m * n) as usize, &tails, &twins).unwrap();
+    let (dx, dy) = (width / f64::from(m), height / f64::from(n));
+    let lengths = (0..complex.edge_count() as u32)
+        .map(|e| match complex.edge_halfedge(e) % 6 {
+            0 | 4 => dx,
+            1 | 5 => dy,
+            _ => dx.hypot(dy),
+        })
+        .collect();
+    IntrinsicMesh::new(complex, lengths, 0.0).unwrap()
+}
+
+#[test]
+fn flat_tori_and_rectangles_have_the_eigenvalues_of_their_formulas() {
+    let (width, height) = (3.0, 2.0);
+    let torus = |n: u32| flat_torus(3 * n, 2 * n, width, height);
+    let rectangle = |n: u32| {
+        let grid = shapes::grid(3 * n, 2 * n);
+        let size = grid.bounds().extent();
+        intrinsic(grid.map_positions(|p| DVec3::new(p.x * width / size.x, p.y * height / size.y, p.z)))
+    };
+    let exact_torus = smallest(21, -9..10, (TAU / width).powi(2), (TAU / height).powi(2));
+    let exact_rectangle = smallest(21, 0..12, (PI / width).powi(2), (PI / height).powi(2));
+    for (mesh, exact) in
+        [(&torus as &dyn Fn(u32) -> IntrinsicMesh, &exact_torus), (&rectangle, &exact_rectangle)]
+    {
+        let errors = [16, 32].map(|n| {
+            let operator = LaplaceBeltrami::new(&mesh(n), OperatorOptions::default()).unwrap();
+            let modes = modes(&operator, exact.len());
+            check(&operator, &modes);
+            let error = |(found, exact): (&f64, &f64)| (found - exact).abs() / exact.max(1.0);
+            modes.eigenvalues.iter().zip(exact).map(error).fold(0.0, f64::max)
+        });
+        assert!((3.6..4.4).contains(&(errors[0] / errors[1])) && errors[1] < 0.01, "{errors:?}");
+    }
+}
+
+#[test]
+fn scaling_divides_eigenvalues_by_its_square_and_rigid_motion_keeps_them() {
+    let reference = modes(&operator(potato(4), Mass::Barycentric), 20);
+    for scale in [1e-6, 1e-3, 37.0, 1e6] {
+        let operator = operator(potato(4).map_positions(|p| scale * p), Mass::Barycentric);
+        let scaled = modes(&operator, 20);
+        check(&operator, &scaled);
+        for (a, b) in scaled.eigenvalues.iter().zip(&reference.eigenvalues) {
+            assert_relative_eq!(a * scale * scale, b, max_relative = 1e-9);
+        }
+    }
+    let rotation = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 1.1);
+    let moved = potato(4).map_positions(|p| rotation * p + DVec3::new(3.0, -5.0, 2.0));
+    let moved = modes(&operator(moved, Mass::Barycentric), 20);
+    for (a, b) in moved.eigenvalues.iter().zip(&reference.eigenvalues) {
+        assert_relative_eq!(a, b, max_relative = 1e-9);
+    }
+    assert_relative_eq!(moved.functions, reference.functions, epsilon = 1e-6);
+}
+
+#[test]
+fn weights_are_not_negative_on_delaunay_triangulations() {
+    let stretched = potato(4).map_positions(|p| DVec3::new(6.0 * p.x, p.y, 0.3 * p.z));
+    let worst = |delaunay| {
+        let options = OperatorOptions { delaunay, ..OperatorOptions::default() };
+        let operator = LaplaceBeltrami::new(&intrinsic(stretched.clone()), options).unwrap();
+        operator
+            .laplacian()
+            .triplet_iter()
+            .filter(|(i, j, _)| i != j)
+            .map(|(_, _, x)| *x)
+            .fold(-1.0, f64::max)
+    };
+    assert!(worst(false) > 0.1);
+    assert!(worst(true) <= 1e-9);
+}
+
+#[test]
+fn several_components_give_several_zeros() {
+    let sphere = potato(3);
+    let count = sphere.vertex_count() as u32;
+    let mut positions = sphere.positions().to_vec();
+    let mut faces = sphere.faces().to_vec();
+    for copy in 1..3 {
+        positions.extend(sphere.positions().iter().map(|p| *p + 10.0 * f64::from(copy) * DVec3::X));
+        faces.extend(sphere.faces().iter().map(|f| f.map(|v| v + copy * count)));
+    }
+    let operator = operator(TriangleMesh::new(positions, faces).unwrap(), Mass::Barycentric);
+    assert_eq!(operator.components().count(), 3);
+    let all = modes(&operator, 24);
+    check(&operator, &all);
+    // Three equal surfaces: every eigenvalue three times.
+    for (k, triple) in all.eigenvalues.as_slice().chunks(3).enumerate() {
+        assert_eq!(triple[0] == 0.0, k == 0);
+        assert_relative_eq!(triple[0], triple[2], max_relative = 1e-9);
+    }
+    assert_eq!(modes(&operator, 2).eigenvalues.as_slice(), [0.0, 0.0]);
+}
+
+#[test]
+fn meshes_that_are_no_manifolds_have_modes_through_the_tufted_cover() {
+    // A manifold and its cover agree: plainly without flips, and with them too where the mesh is closed.
+    let mesh = potato(3);
+    for delaunay in [false, true] {
+        let options = OperatorOptions { delaunay, ..OperatorOptions::default() };
+        let direct = modes(&LaplaceBeltrami::new(&intrinsic(mesh.clone()), options).unwrap(), 10);
+        let covered = modes(&LaplaceBeltrami::of_triangles(&mesh, options).unwrap(), 10);
+        assert_relative_eq!(direct.eigenvalues, covered.eigenvalues, max_relative = 1e-9);
+    }
+    // A sphere with an equator of three sheets: a disc inside it.
+    let mut faces = mesh.faces().to_vec();
+    let extra: Vec<[u32; 3]> = faces.iter().take(40).map(|&[a, b, c]| [a, c, b]).collect();
+    faces.extend(extra.iter().map(|&[a, b, _]| [a, b, 7]).filter(|[a, b, c]| a != c && b != c));
+    let soup = TriangleMesh::new(mesh.positions().to_vec(), faces).unwrap();
+    assert!(ManifoldMesh::try_from(soup.clone()).is_err());
+    let operator = LaplaceBeltrami::of_triangles(&soup, OperatorOptions::default()).unwrap();
+    check(&operator, &modes(&operator, 10));
+}
+
+#[test]
+fn mistakes_are_refused() {
+    let operator = operator(potato(3), Mass::Barycentric);
+    let error = |options: ModeOptions| operator.modes(&options, &NoProgress).unwrap_err();
+    let options = ModeOptions::default();
+    assert!(matches!(error(ModeOptions { count: 9999, ..options }), SpectralError::TooManyModes { .. }));
+    assert!(matches!(error(ModeOptions { shift: 0.0, ..options }), SpectralError::Shift(_)));
+    assert!(matches!(error(ModeOptions { shift: f64::NAN, ..options }), SpectralError::Shift(_)));
+    let impossible = ModeOptions { tolerance: 1e-30, max_restarts: 2, ..options };
+    match error(impossible) {
+        SpectralError::NotConverged { found, asked: 20, .. } => assert!(!found.is_empty()),
+        other => panic!("{other}"),
+    }
+    struct Cancelled;
+    impl Progress for Cancelled {
+        fn report(&self, _: &str, _: f64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    assert!(matches!(operator.modes(&options, &Cancelled), Err(SpectralError::Cancelled)));
+    let loose = TriangleMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 1, 2]]).unwrap();
+    let refused = LaplaceBeltrami::of_triangles(&loose, OperatorOptions::default());
+    assert!(matches!(refused, Err(SpectralError::NoArea(3))));
+}
+
+#[test]
+fn small_surfaces_and_all_their_modes() {
+    let operator = operator(shapes::icosphere(1), Mass::Consistent);
+    let all = modes(&operator, operator.vertex_count());
+    check(&operator, &all);
+    assert_eq!(all.len(), 42);
+    assert!(modes(&operator, 0).is_empty());
+}
+
+#[test]
+fn the_same_bytes_every_time() {
+    let operator = operator(potato(4), Mass::Barycentric);
+    assert_eq!(modes(&operator, 20), modes(&operator, 20));
+}
