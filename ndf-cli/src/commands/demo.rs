@@ -7,12 +7,16 @@ use std::time::Instant;
 use clap::Args;
 use ndf_core::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_core::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
-use ndf_core::{ManifoldMesh, TriangleMesh, TriangleTree};
+use ndf_core::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_geodesic::{ExactOptions, exact_distances};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_spectral::{ModeOptions, modes};
 use serde_json::json;
 
 use super::extract::{EdgeLength, extracted};
 use super::fit::{Fitted, Job, Training, fit_file};
 use super::sample::Shape;
+use super::spectrum;
 use crate::context::Context;
 use crate::interrupt;
 use crate::output::{Failure, Outcome, grouped, table};
@@ -24,6 +28,9 @@ const EDGE_LENGTH: f64 = 0.02;
 
 /// Faces of the base mesh.
 const BASE_FACES: u32 = 4000;
+
+/// Eigenfunctions computed.
+const DEMO_MODES: usize = 20;
 
 /// Arguments of `ndf demo`.
 #[derive(Args, Debug)]
@@ -77,9 +84,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         std::slice::from_ref(&stage.base_error),
     )?;
 
+    let distances = geodesics(&surface)?;
+    write_mesh(folder.join("geodesic.ply"), surface.as_triangle_mesh(), std::slice::from_ref(&distances))?;
+    let modes = eigenmodes(&surface, context)?;
+    write_mesh(folder.join("modes.ply"), surface.as_triangle_mesh(), &modes)?;
+
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);
-    let page = page(&name, &fitted, &surface, &stage, &rows, context)?;
+    let page = page(&name, &fitted, &surface, &stage, (&distances, &modes), &rows, context)?;
     write(&folder.join("report.html"), page.as_bytes())?;
 
     let seconds = started.elapsed().as_secs_f64();
@@ -99,6 +111,23 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let mut rows: Vec<(&str, String)> = rows.iter().map(|(label, value)| (*label, value.clone())).collect();
     rows.push(("all of it", format!("{seconds:.1} s")));
     Ok(Outcome::new(json, format!("{report}: open it in a browser\n{}", table(&rows))))
+}
+
+/// Exact distances from the vertex farthest to one side.
+fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
+    let side = |v: &u32| surface.positions()[*v as usize].element_sum();
+    let source = (0..surface.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
+    let mesh = IntrinsicMesh::of_mesh(surface);
+    let found = exact_distances(&mesh, &[SurfacePoint::Vertex(source)], &ExactOptions::default())?;
+    let values = found.distances().iter().map(|&d| d as f32).collect();
+    Ok(VertexScalars { name: "distance".to_owned(), values })
+}
+
+/// The first eigenfunctions of the Laplacian.
+fn eigenmodes(surface: &ManifoldMesh, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
+    let mesh = IntrinsicMesh::of_mesh(surface);
+    let options = ModeOptions { count: DEMO_MODES.min(surface.vertex_count() / 4), ..ModeOptions::default() };
+    Ok(spectrum::scalars(&modes(&mesh, &options, &context.progress())?))
 }
 
 /// How far base mesh and learned surface are from the input.
@@ -168,6 +197,7 @@ fn page(
     fitted: &Fitted,
     surface: &ManifoldMesh,
     stage: &Stage,
+    (distances, modes): (&VertexScalars, &[VertexScalars]),
     rows: &[(&'static str, String)],
     context: &Context,
 ) -> Result<String, Failure> {
@@ -188,6 +218,17 @@ fn page(
         Figure::of_mesh(base, base_error, "Distance of the base mesh to the input", &plain, &progress)?,
         Figure::of_mesh(learned, error, "Distance of the learned surface to the input", &plain, &progress)?,
     ];
+    let lined = Shot { style: Style { isolines: 24, ..Style::default() }, ..plain };
+    let painted = |scalar: &VertexScalars, caption: &str, shot: &Shot| {
+        let values = &scalar.values;
+        Figure::of_mesh(learned, Some((scalar, ColourMap::of(values))), caption, shot, &progress)
+    };
+    let mut computed = vec![painted(distances, "Exact geodesic distance from one point", &lined)?];
+    for (number, mode) in [(2, modes.get(1)), (8, modes.get(7))] {
+        if let Some(mode) = mode {
+            computed.push(painted(mode, &format!("Eigenfunction {number} of the Laplacian"), &plain)?);
+        }
+    }
     let rows: Vec<Vec<String>> =
         rows.iter().map(|(label, value)| vec![(*label).to_owned(), value.clone()]).collect();
     let shown = format!("ndf extract model.ndf -o mesh.ply --relative-edge-length {EDGE_LENGTH}");
@@ -200,6 +241,8 @@ fn page(
         .table("What came out", &["", ""], &rows)
         .heading("Where it is how far from the input")
         .figures(&errors)
+        .heading("What it is for")
+        .figures(&computed)
         .heading("To go on")
         .code(&shown)
         .to_html())

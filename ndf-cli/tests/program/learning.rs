@@ -124,11 +124,11 @@ fn the_demo_writes_all_it_promises() {
     let folder = Folder::new("demo");
     let demo = ndf(&folder.0, &["demo", "--json", "--quiet", "--epochs", "100", "--samples", "1024"]).json();
     assert!(demo["seconds"].is_number());
-    for name in ["model.ndf", "surface.ply", "report.html"] {
+    for name in ["model.ndf", "surface.ply", "geodesic.ply", "modes.ply", "report.html"] {
         assert!(folder.0.join("ndf-demo").join(name).metadata().unwrap().len() > 1000, "{name}");
     }
     let page = std::fs::read_to_string(folder.0.join("ndf-demo/report.html")).unwrap();
-    assert!(page.matches("data:image/png;base64,").count() >= 5);
+    assert!(page.matches("data:image/png;base64,").count() >= 8);
     assert!(!page.contains("http://") && !page.contains("https://"));
 }
 
@@ -211,4 +211,46 @@ fn anchors_and_all_losses_are_accepted_and_nonsense_refused() {
     let bad = ndf(&folder.0, &["fit", "torus.ply", "-o", "b.ndf", "--anchors", "bad.txt"]);
     assert!(bad.sentence().contains("line 1"));
     assert!(!folder.0.join("b.ndf").exists());
+}
+
+#[test]
+fn distances_and_modes_of_meshes_and_models() {
+    let folder = Folder::new("analysis");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "sphere", "-o", "sphere.ply"]);
+    let arguments =
+        ["geodesic", "sphere.ply", "-o", "d.ply", "--source", "0,0,1", "--path-to", "0,0,-1", "--json"];
+    let geodesic = ndf(&folder.0, &arguments).json();
+    assert!((geodesic["max_distance"].as_f64().unwrap() - std::f64::consts::PI).abs() < 0.01, "{geodesic}");
+    assert_eq!(geodesic["unreached"], 0);
+    let heat =
+        ["geodesic", "sphere.ply", "-o", "h.ply", "--source-vertex", "0", "--method", "heat", "--json"];
+    assert!(
+        (ndf(&folder.0, &heat).json()["max_distance"].as_f64().unwrap() - std::f64::consts::PI).abs() < 0.1
+    );
+    let spectrum =
+        ndf(&folder.0, &["spectrum", "sphere.ply", "-o", "m.ply", "--modes", "9", "--json"]).json();
+    for (k, expected) in [0.0, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0, 6.0, 6.0].into_iter().enumerate() {
+        assert!((spectrum["eigenvalues"][k].as_f64().unwrap() - expected).abs() < 0.02, "{spectrum}");
+    }
+    assert!(spectrum["residual_max"].as_f64().unwrap() < 1e-8);
+    let info = ndf(&folder.0, &["info", "m.ply", "--json"]).json();
+    assert_eq!(info["scalars"].as_array().unwrap().len(), 9);
+
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    fitted(&folder, "torus.ndf", &[]);
+    for command in [
+        &["geodesic", "torus.ndf", "-o", "g.ply", "--source-vertex", "0"][..],
+        &["spectrum", "torus.ndf", "-o", "g.ply"],
+    ] {
+        assert!(ndf(&folder.0, command).sentence().contains("--edge-length"));
+        assert!(!folder.0.join("g.ply").exists());
+        assert_eq!(ndf(&folder.0, &[command, &["--edge-length", "0.1"]].concat()).code, 0);
+        std::fs::remove_file(folder.0.join("g.ply")).unwrap();
+    }
+    assert_eq!(ndf(&folder.0, &["geodesic", "sphere.ply", "-o", "x.ply"]).code, 2);
+    assert!(
+        ndf(&folder.0, &["geodesic", "sphere.ply", "-o", "x.ply", "--source-vertex", "99999999"])
+            .sentence()
+            .contains("no vertex")
+    );
 }
