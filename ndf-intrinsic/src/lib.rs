@@ -3,7 +3,7 @@
 //! - [`IntrinsicMesh`]: an oriented Δ-complex of triangles with edge lengths; what geodesics and Laplacians run on.
 //! - [`IntrinsicTriangulation`]: other triangles on the surface of a mesh, kept in integer coordinates (Gillespie,
 //!   Sharp and Crane 2021): flips, insertions, removals, tracing, [Delaunay flips](delaunay),
-//!   [refinement](refinement), the [common subdivision](common_subdivision), points carried both ways.
+//!   [refinement], the [common subdivision](common_subdivision), points carried both ways.
 //! - [`extract`]: a manifold Delaunay mesh of a displacement field at a chosen edge length.
 //!
 //! The same input gives the same output on any number of threads.
