@@ -23,12 +23,17 @@ impl Sample {
     }
 }
 
+/// Chunks a batch is cut into, whatever the number of threads, so that sums come out the same.
+pub(crate) const CHUNKS: usize = 32;
+
 /// Samples, ordered by face, with their targets.
 pub(crate) struct Batch {
     pub(crate) samples: Vec<Sample>,
     pub(crate) targets: Vec<Target>,
     /// Samples of face f are `face_starts[f] .. face_starts[f + 1]`.
-    pub(crate) face_starts: Vec<u32>,
+    face_starts: Vec<u32>,
+    /// Chunk k has the faces `chunk_faces[k] .. chunk_faces[k + 1]`: whole faces, about as many samples in each.
+    pub(crate) chunk_faces: [u32; CHUNKS + 1],
     /// Hint of the last foot of every sample.
     pub(crate) hints: Vec<Hint>,
     queries: Vec<Query>,
@@ -41,6 +46,7 @@ impl Batch {
             samples: vec![Sample { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
             targets: vec![Target::NONE; samples],
             face_starts: vec![0; faces + 1],
+            chunk_faces: [0; CHUNKS + 1],
             hints: vec![Hint::NONE; samples],
             queries: vec![Query::at(DVec3::ZERO); samples],
             feet: vec![Err(Miss::OutOfReach); samples],
@@ -60,6 +66,21 @@ impl Batch {
             }
             self.face_starts[f as usize] = next as u32;
         }
+        for (k, first) in self.chunk_faces.iter_mut().enumerate() {
+            let sample = (k * self.samples.len() / CHUNKS) as u32;
+            *first = self.face_starts.partition_point(|&start| start < sample) as u32;
+        }
+        self.chunk_faces[CHUNKS] = faces;
+    }
+
+    /// Whether samples have been drawn.
+    pub(crate) fn is_drawn(&self) -> bool {
+        self.face_starts.last() != Some(&0)
+    }
+
+    /// Samples of these faces.
+    pub(crate) fn samples_of(&self, faces: std::ops::Range<u32>) -> std::ops::Range<usize> {
+        self.face_starts[faces.start as usize] as usize..self.face_starts[faces.end as usize] as usize
     }
 
     /// Takes the samples' own places as targets.

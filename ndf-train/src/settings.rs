@@ -110,6 +110,7 @@ impl Settings {
             inputs: 3 + encoding::width(self.reverse_octaves),
             hidden: self.field.hidden.clone(),
             outputs: 3,
+            activation: self.field.activation,
         }
     }
 
@@ -139,7 +140,7 @@ impl Settings {
             s if s.field.hidden.iter().any(|&w| w == 0 || w > 4096) => {
                 Some("hidden layers have 1 to 4096 neurons")
             }
-            _ if octaves > 20 => Some("more than 20 octaves are beyond single precision"),
+            _ if octaves > encoding::MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
             _ => None,
         }
     }

@@ -1,10 +1,11 @@
 //! One chunk of an epoch: samples through g_θ and g_φ, losses, and all the way back.
 //!
 //! Everything of a block of [`BLOCK`] samples stays in the first-level cache. Gradients of the networks
-//! accumulate per chunk; the gradients by the encodings z and their tangents are written out per sample, and summed
-//! per vertex afterwards.
+//! accumulate per chunk. Samples come ordered by face, and a face belongs to one chunk: the gradients by the features
+//! are summed per corner of a face here, and per vertex by the optimiser.
 
 use ndf_core::field::SampleEncoding;
+use ndf_core::field::sample_encoding::add_scaled_row;
 use ndf_core::network::backward::InputGradient;
 use ndf_core::network::{
     Activations, BLOCK, Gradients, Packed, backward, backward_tangent, encoding, forward, forward_tangent,
@@ -64,9 +65,10 @@ pub(crate) struct Step<'a> {
     pub(crate) chunk: &'a mut Chunk,
     pub(crate) samples: &'a [Sample],
     pub(crate) targets: &'a [Target],
-    /// Receives, for every sample, the derivative of the objective by z, and by both tangents of z if there are any:
-    /// [`Objective::encodings`] times d floats each.
-    pub(crate) encoding_gradients: &'a mut [f32],
+    /// The face whose corners come first in `corner_gradients`.
+    pub(crate) first_face: u32,
+    /// Derivatives of the objective by the features of the corners of faces, to be added to: 3 d floats a face.
+    pub(crate) corner_gradients: &'a mut [f32],
 }
 
 impl WithSimd for Step<'_> {
@@ -74,23 +76,20 @@ impl WithSimd for Step<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { model, objective, share, chunk, samples, targets, encoding_gradients } = self;
+        let Self { model, objective, share, chunk, samples, targets, first_face, corner_gradients } = self;
         chunk.theta_gradients.clear();
         chunk.phi_gradients.clear();
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
-        let width = objective.encodings() * model.encoding.dimension;
-        let mut rest = encoding_gradients;
+        let mut corners = CornerGradients { first_face, by_corner: corner_gradients, model: &model };
         for (samples, targets) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)) {
-            let (dz, after) = rest.split_at_mut(width * samples.len());
-            rest = after;
             let mut block = Block::new(samples, targets);
             block.forward(simd, &model, chunk);
             block.terms(objective, share, chunk);
             if objective.lambda_c > 0.0 {
                 block.cycle(simd, &model, chunk, objective.lambda_c * share, objective.is_identity);
             }
-            block.backward(simd, &model, chunk, dz);
+            block.backward(simd, &model, chunk, &mut corners);
         }
     }
 }
@@ -118,7 +117,7 @@ impl<'a> Block<'a> {
         let stride = chunk.theta.input_stride();
         let rows = chunk.theta.input_mut().chunks_exact_mut(stride);
         for ((sample, row), x) in self.samples.iter().zip(rows).zip(&mut self.x) {
-            *x = model.encoding.encode(sample.face, sample.barycentric, row);
+            *x = model.encoding.encode(simd, sample.face, sample.barycentric, row);
         }
         forward(simd, model.theta, &mut chunk.theta);
         let outputs = chunk.theta.output().chunks_exact(chunk.theta.output_stride());
@@ -130,11 +129,18 @@ impl<'a> Block<'a> {
         let Some(tangents) = &mut chunk.theta_tangents else { return };
         let d = model.encoding.dimension;
         for (k, activations) in tangents.iter_mut().enumerate() {
-            let rows = chunk.theta.input().chunks_exact(stride);
-            let tangent_rows = activations.input_mut().chunks_exact_mut(stride);
-            for (sample, (row, tangent)) in self.samples.iter().zip(rows.zip(tangent_rows)) {
+            let mut last_face = None;
+            for (s, sample) in self.samples.iter().enumerate() {
+                let (before, tangent) = activations.input_mut().split_at_mut(s * stride);
+                if model.encoding.octaves == 0 && last_face == Some(sample.face) {
+                    // The derivative of linear functions: the same all over the face.
+                    tangent[..stride].copy_from_slice(&before[before.len() - stride..]);
+                    continue;
+                }
+                last_face = Some(sample.face);
+                let row = &chunk.theta.input()[s * stride..][..stride];
                 let direction = model.frames[sample.face as usize][k];
-                model.encoding.encode_tangent(sample.face, direction, row, tangent);
+                model.encoding.encode_tangent(sample.face, direction, row, &mut tangent[..stride]);
             }
             forward_tangent(simd, model.theta, &chunk.theta, activations);
             let outputs = activations.output().chunks_exact(activations.output_stride());
@@ -183,7 +189,7 @@ impl<'a> Block<'a> {
         let rows = chunk.phi.input_mut().chunks_exact_mut(stride);
         for (row, y) in rows.zip(inputs).take(n) {
             row[..3].copy_from_slice(y);
-            encoding::encode(*y, model.reverse_octaves, &mut row[3..]);
+            encoding::encode(simd, *y, model.reverse_octaves, &mut row[3..]);
         }
         forward(simd, model.phi, &mut chunk.phi);
         let out_stride = chunk.phi.output_stride();
@@ -220,19 +226,55 @@ impl<'a> Block<'a> {
     }
 
     #[inline(always)]
-    fn backward<S: Simd>(&self, simd: S, model: &Model<'_>, chunk: &mut Chunk, dz: &mut [f32]) {
-        let d = model.encoding.dimension;
-        let n = self.samples.len();
-        let encodings = if chunk.theta_tangents.is_some() { 3 } else { 1 };
-        set_rows(&mut chunk.theta_gradients, &self.dy, n, chunk.theta.output_stride());
-        backward(simd, model.theta, &chunk.theta, &mut chunk.theta_gradients, InputGradient::Wanted);
-        take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 0);
-        let Some(tangents) = &chunk.theta_tangents else { return };
-        for (k, activations) in tangents.iter().enumerate() {
-            set_rows(&mut chunk.theta_gradients, &self.dtangents[k], n, chunk.theta.output_stride());
-            let gradients = &mut chunk.theta_gradients;
-            backward_tangent(simd, model.theta, &chunk.theta, activations, gradients, InputGradient::Wanted);
-            take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 1 + k);
+    fn backward<S: Simd>(
+        &self,
+        simd: S,
+        model: &Model<'_>,
+        chunk: &mut Chunk,
+        corners: &mut CornerGradients<'_>,
+    ) {
+        let gradients = &mut chunk.theta_gradients;
+        let (stride, out_stride) = (chunk.theta.input_stride(), chunk.theta.output_stride());
+        for (k, tangent) in chunk.theta_tangents.iter().flatten().enumerate() {
+            set_rows(gradients, &self.dtangents[k], self.samples.len(), out_stride);
+            backward_tangent(simd, model.theta, &chunk.theta, tangent, gradients, InputGradient::Wanted);
+            corners.add(self.samples, gradients.input(), stride, |sample| {
+                model.frames[sample.face as usize][k]
+            });
+        }
+        set_rows(gradients, &self.dy, self.samples.len(), out_stride);
+        backward(simd, model.theta, &chunk.theta, gradients, InputGradient::Wanted);
+        corners.add(self.samples, gradients.input(), stride, |sample| sample.barycentric);
+    }
+}
+
+/// Sums of the gradients by the features, corner by corner.
+struct CornerGradients<'a> {
+    first_face: u32,
+    by_corner: &'a mut [f32],
+    model: &'a Model<'a>,
+}
+
+impl CornerGradients<'_> {
+    /// Adds the derivatives by the interpolated features, which begin the rows, times the weights of the corners.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        samples: &[Sample],
+        rows: &[f32],
+        stride: usize,
+        weights: impl Fn(&Sample) -> [f32; 3],
+    ) {
+        let d = self.model.encoding.dimension;
+        if d == 0 {
+            return;
+        }
+        for (sample, row) in samples.iter().zip(rows.chunks_exact(stride)) {
+            let face = (sample.face - self.first_face) as usize;
+            let corners = &mut self.by_corner[3 * face * d..][..3 * d];
+            for (corner, weight) in corners.chunks_exact_mut(d).zip(weights(sample)) {
+                add_scaled_row(corner, weight, &row[..d]);
+            }
         }
     }
 }
@@ -243,16 +285,5 @@ fn set_rows(gradients: &mut Gradients, values: &[[f32; 3]; BLOCK], count: usize,
     let rows = gradients.output_mut().chunks_exact_mut(stride);
     for (s, (row, value)) in rows.zip(values).enumerate() {
         row[..3].copy_from_slice(if s < count { value } else { &[0.0; 3] });
-    }
-}
-
-/// Takes the derivative by the first `d` inputs of every row as encoding number `which` of its sample.
-#[inline(always)]
-fn take_rows(gradients: &Gradients, stride: usize, d: usize, dz: &mut [f32], encodings: usize, which: usize) {
-    if d > 0 {
-        let rows = gradients.input().chunks_exact(stride);
-        for (dz, row) in dz.chunks_exact_mut(encodings * d).zip(rows) {
-            dz[which * d..][..d].copy_from_slice(&row[..d]);
-        }
     }
 }
