@@ -44,6 +44,16 @@ impl Chunk {
     }
 }
 
+impl Chunk {
+    /// Adds the sums of another chunk.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.theta_gradients.add(&other.theta_gradients);
+        self.phi_gradients.add(&other.phi_gradients);
+        self.terms.iter_mut().zip(&other.terms).for_each(|(to, from)| *to += from);
+        self.cycle += other.cycle;
+    }
+}
+
 /// The networks as they are in this epoch.
 #[derive(Clone, Copy)]
 pub(crate) struct Model<'a> {
@@ -186,11 +196,11 @@ impl<'a> Block<'a> {
         let n = self.samples.len();
         let inputs = if is_identity { &self.x } else { &self.y };
         let stride = chunk.phi.input_stride();
-        let rows = chunk.phi.input_mut().chunks_exact_mut(stride);
-        for (row, y) in rows.zip(inputs).take(n) {
+        for (row, y) in chunk.phi.input_mut().chunks_exact_mut(stride).zip(inputs).take(n) {
             row[..3].copy_from_slice(y);
-            encoding::encode(simd, *y, model.reverse_octaves, &mut row[3..]);
         }
+        let rows = &mut chunk.phi.input_mut()[3..];
+        encoding::encode_rows(simd, &inputs[..n], model.reverse_octaves, rows, stride);
         forward(simd, model.phi, &mut chunk.phi);
         let out_stride = chunk.phi.output_stride();
         let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
@@ -271,8 +281,9 @@ impl CornerGradients<'_> {
         }
         for (sample, row) in samples.iter().zip(rows.chunks_exact(stride)) {
             let face = (sample.face - self.first_face) as usize;
-            let corners = &mut self.by_corner[3 * face * d..][..3 * d];
-            for (corner, weight) in corners.chunks_exact_mut(d).zip(weights(sample)) {
+            let (a, others) = self.by_corner[3 * face * d..][..3 * d].split_at_mut(d);
+            let (b, c) = others.split_at_mut(d);
+            for (corner, weight) in [a, b, c].into_iter().zip(weights(sample)) {
                 add_scaled_row(corner, weight, &row[..d]);
             }
         }

@@ -331,19 +331,19 @@ impl<'a> Trainer<'a> {
             arch: pulp::Arch::new(),
         };
         epoch.run(0, &mut self.chunks, &mut self.corner_gradients);
+        let (sum, others) = self.chunks.split_first_mut().expect("there are chunks");
+        for chunk in others {
+            sum.add(chunk);
+        }
         let (to_theta, to_phi) = (&mut self.gradients.0, &mut self.gradients.1);
         to_theta.fill(0.0);
         to_phi.fill(0.0);
-        let mut cycle = 0.0;
-        self.term_means.iter_mut().for_each(|(_, mean)| *mean = 0.0);
-        for chunk in &self.chunks {
-            chunk.theta_gradients.add_to(to_theta);
-            chunk.phi_gradients.add_to(to_phi);
-            cycle += chunk.cycle / settings.samples as f64;
-            for ((_, mean), sum) in self.term_means.iter_mut().zip(&chunk.terms) {
-                *mean += sum / settings.samples as f64;
-            }
+        sum.theta_gradients.add_to(to_theta);
+        sum.phi_gradients.add_to(to_phi);
+        for ((_, mean), sum) in self.term_means.iter_mut().zip(&sum.terms) {
+            *mean = sum / settings.samples as f64;
         }
+        let cycle = sum.cycle / settings.samples as f64;
         if let (Some(anchors), None) = (&mut self.anchors, &self.waiting) {
             anchors.accumulate(model, to_theta, &mut self.corner_gradients);
         }

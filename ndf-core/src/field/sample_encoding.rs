@@ -47,12 +47,17 @@ impl SampleEncoding<'_> {
 
     /// Combines the features of three vertices into `z` and their positions into what is returned.
     #[inline(always)]
-    fn interpolate(&self, corners: [u32; 3], weights: [f32; 3], z: &mut [f32]) -> [f32; 3] {
+    fn interpolate(&self, [a, b, c]: [u32; 3], weights: [f32; 3], z: &mut [f32]) -> [f32; 3] {
         let d = self.dimension;
+        let features = self.features;
+        let rows = [
+            &features[a as usize * d..][..d],
+            &features[b as usize * d..][..d],
+            &features[c as usize * d..][..d],
+        ];
+        combine_rows(z, weights, rows);
         let mut x = [0.0; 3];
-        z.fill(0.0);
-        for (v, weight) in corners.into_iter().zip(weights) {
-            add_scaled_row(z, weight, &self.features[v as usize * d..][..d]);
+        for (v, weight) in [a, b, c].into_iter().zip(weights) {
             let p = self.positions[v as usize];
             x = [x[0] + weight * p[0], x[1] + weight * p[1], x[2] + weight * p[2]];
         }
@@ -60,15 +65,40 @@ impl SampleEncoding<'_> {
     }
 }
 
-/// `to += factor · from`, in whole vectors where the length is a multiple of eight.
+/// Features are combined in whole vectors of this many. Each is put together in an array of its own before it is
+/// stored: only then do compilers know that nothing overlaps.
+const OCTET: usize = 8;
+
+/// `to = Σ weights · rows`.
+#[inline(always)]
+fn combine_rows(to: &mut [f32], weights: [f32; 3], [a, b, c]: [&[f32]; 3]) {
+    let (to, to_rest) = to.as_chunks_mut::<OCTET>();
+    let (a, a_rest) = a.as_chunks::<OCTET>();
+    let (b, b_rest) = b.as_chunks::<OCTET>();
+    let (c, c_rest) = c.as_chunks::<OCTET>();
+    for (((to, a), b), c) in to.iter_mut().zip(a).zip(b).zip(c) {
+        let mut sums = [0.0; OCTET];
+        for k in 0..OCTET {
+            sums[k] = weights[0] * a[k] + weights[1] * b[k] + weights[2] * c[k];
+        }
+        *to = sums;
+    }
+    for (((to, a), b), c) in to_rest.iter_mut().zip(a_rest).zip(b_rest).zip(c_rest) {
+        *to = weights[0] * a + weights[1] * b + weights[2] * c;
+    }
+}
+
+/// `to += factor · from`.
 #[inline(always)]
 pub fn add_scaled_row(to: &mut [f32], factor: f32, from: &[f32]) {
-    let (to, to_rest) = to.as_chunks_mut::<8>();
-    let (from, from_rest) = from.as_chunks::<8>();
+    let (to, to_rest) = to.as_chunks_mut::<OCTET>();
+    let (from, from_rest) = from.as_chunks::<OCTET>();
     for (to, from) in to.iter_mut().zip(from) {
-        for k in 0..8 {
-            to[k] += factor * from[k];
+        let mut sums = *to;
+        for k in 0..OCTET {
+            sums[k] += factor * from[k];
         }
+        *to = sums;
     }
     to_rest.iter_mut().zip(from_rest).for_each(|(t, f)| *t += factor * f);
 }

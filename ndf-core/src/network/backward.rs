@@ -86,6 +86,14 @@ impl Gradients {
         }
     }
 
+    /// Adds those of another block or chunk.
+    pub fn add(&mut self, other: &Self) {
+        for (layer, other) in self.layers.iter_mut().zip(&other.layers) {
+            layer.weights.iter_mut().zip(&*other.weights).for_each(|(to, from)| *to += from);
+            layer.biases.iter_mut().zip(&*other.biases).for_each(|(to, from)| *to += from);
+        }
+    }
+
     /// Rows of the derivative of the loss by the network's output, to be filled before [`backward`]. Padding
     /// and rows without a sample must be 0.
     pub fn output_mut(&mut self) -> &mut [f32] {

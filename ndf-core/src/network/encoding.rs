@@ -49,24 +49,52 @@ pub const fn width(octaves: usize) -> usize {
 /// If there are more than [`MOST_OCTAVES`].
 #[inline(always)]
 pub fn encode<S: Simd>(simd: S, x: [f32; 3], octaves: usize, row: &mut [f32]) {
-    const ROOM: usize = (3 * MOST_OCTAVES).next_multiple_of(super::LANES);
+    let width = row.len();
+    encode_rows(simd, &[x], octaves, row, width);
+}
+
+/// [`encode`] for many points: point i goes to `rows[i stride ..]`.
+#[inline(always)]
+pub fn encode_rows<S: Simd>(simd: S, points: &[[f32; 3]], octaves: usize, rows: &mut [f32], stride: usize) {
+    /// Points at a time: what is stored in small pieces must have reached the cache before whole vectors are loaded.
+    const GROUP: usize = 8;
+    const ROOM: usize = GROUP * (3 * MOST_OCTAVES).next_multiple_of(super::LANES);
     let angles = 3 * octaves;
+    if angles == 0 {
+        return;
+    }
+    let padded = super::padded(angles);
     let (mut sines, mut cosines) = ([0.0; ROOM], [0.0; ROOM]);
-    let mut frequency = 1.0;
-    for angles in sines[..angles].chunks_exact_mut(3) {
-        for c in 0..3 {
-            angles[c] = frequency * x[c];
+    for (points, rows) in points.chunks(GROUP).zip(rows.chunks_mut(GROUP * stride)) {
+        for (x, angles) in points.iter().zip(sines.chunks_exact_mut(padded)) {
+            let mut scaled = *x;
+            for angles in angles[..3 * octaves].as_chunks_mut::<3>().0 {
+                *angles = scaled;
+                scaled = [2.0 * scaled[0], 2.0 * scaled[1], 2.0 * scaled[2]];
+            }
         }
-        frequency *= 2.0;
+        let (sine_vectors, _) = S::as_mut_simd_f32s(&mut sines[..points.len() * padded]);
+        let (cosine_vectors, _) = S::as_mut_simd_f32s(&mut cosines[..points.len() * padded]);
+        for (sine, cosine) in sine_vectors.iter_mut().zip(cosine_vectors) {
+            (*sine, *cosine) = sin_cos_pi(simd, *sine);
+        }
+        let values = sines.chunks_exact(padded).zip(cosines.chunks_exact(padded));
+        for (row, (sines, cosines)) in rows.chunks_mut(stride).zip(values).take(points.len()) {
+            let (to_sines, to_cosines) = row[..2 * angles].split_at_mut(angles);
+            copy_row(to_sines, sines);
+            copy_row(to_cosines, cosines);
+        }
     }
-    let whole = angles.next_multiple_of(super::LANES);
-    let (sine_vectors, _) = S::as_mut_simd_f32s(&mut sines[..whole]);
-    let (cosine_vectors, _) = S::as_mut_simd_f32s(&mut cosines[..whole]);
-    for (sine, cosine) in sine_vectors.iter_mut().zip(cosine_vectors) {
-        (*sine, *cosine) = sin_cos_pi(simd, *sine);
-    }
-    row[..angles].copy_from_slice(&sines[..angles]);
-    row[angles..2 * angles].copy_from_slice(&cosines[..angles]);
+}
+
+/// Copies the beginning of `from`, short rows without a call.
+#[inline(always)]
+fn copy_row(to: &mut [f32], from: &[f32]) {
+    let from = &from[..to.len()];
+    let (to, to_rest) = to.as_chunks_mut::<8>();
+    let (from, from_rest) = from.as_chunks::<8>();
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+    to_rest.iter_mut().zip(from_rest).for_each(|(to, from)| *to = *from);
 }
 
 /// The derivative of the encoding, whose values are in `row`, in the direction `dx`.
