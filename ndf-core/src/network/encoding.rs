@@ -117,15 +117,20 @@ pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [
 pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3] {
     let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
     let (by_sines, by_cosines) = gradient[..width(octaves)].split_at(3 * octaves);
-    let mut dx = [0.0; 3];
-    // The factor of octave k is 2ᵏ π: from the last octave to the first, by doubling (Horner's way).
-    for k in (0..octaves).rev() {
-        for c in 0..3 {
-            let i = 3 * k + c;
-            dx[c] = 2.0 * dx[c] + (cosines[i] * by_sines[i] - sines[i] * by_cosines[i]);
-        }
+    let mut products = [0.0; 3 * MOST_OCTAVES];
+    let derivatives = cosines.iter().zip(by_sines).zip(sines.iter().zip(by_cosines));
+    for (product, ((cos, by_sin), (sin, by_cos))) in products.iter_mut().zip(derivatives) {
+        *product = cos * by_sin - sin * by_cos;
     }
-    dx.map(|d| std::f32::consts::PI * d)
+    let mut frequency = std::f32::consts::PI;
+    let mut dx = [0.0; 3];
+    for octave in products[..3 * octaves].as_chunks::<3>().0 {
+        for c in 0..3 {
+            dx[c] += frequency * octave[c];
+        }
+        frequency *= 2.0;
+    }
+    dx
 }
 
 #[cfg(test)]

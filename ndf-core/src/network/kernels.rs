@@ -87,10 +87,24 @@ impl Finish<'_> {
     ) -> [S::f32s; V] {
         match self {
             Finish::Plain => {}
+            // One operation less where the factor is zero, as it nearly always is.
+            Finish::Rectify(0.0) => {
+                let zero = simd.splat_f32s(0.0);
+                for v in 0..V {
+                    values[v] = simd.max_f32s(values[v], zero);
+                }
+            }
             Finish::Rectify(below) => {
                 let below = simd.splat_f32s(below);
                 for v in 0..V {
                     values[v] = simd.max_f32s(values[v], simd.mul_f32s(below, values[v]));
+                }
+            }
+            Finish::Where { signs, below: 0.0 } => {
+                let zero = simd.splat_f32s(0.0);
+                let signs = load::<S, V>(&signs[index..]);
+                for v in 0..V {
+                    values[v] = simd.select_f32s(simd.greater_than_f32s(signs[v], zero), values[v], zero);
                 }
             }
             Finish::Where { signs, below } => {
@@ -351,7 +365,9 @@ mod tests {
             let finishes = [
                 Finish::Plain,
                 Finish::Rectify(0.1),
+                Finish::Rectify(0.0),
                 Finish::Where { signs: &other, below: 0.25 },
+                Finish::Where { signs: &other, below: 0.0 },
                 Finish::Times(&other),
             ];
             let mut arches = vec![pulp::Arch::Scalar, pulp::Arch::new()];
