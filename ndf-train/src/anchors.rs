@@ -60,6 +60,7 @@ impl Anchors {
             chunk: &mut self.chunk,
             samples: &self.samples,
             targets: &self.targets,
+            origins: &[],
             first_face: 0,
             corner_gradients: to_corners,
         });

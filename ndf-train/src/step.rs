@@ -12,9 +12,10 @@ use ndf_core::network::{
 };
 use pulp::{Simd, WithSimd};
 
-use crate::batch::Sample;
+use crate::batch::{Origin, Sample};
 use crate::objective::Objective;
-use crate::terms::{SampleGradients, Samples, Target};
+use crate::settings::ReverseMap;
+use crate::terms::{SampleGradients, Samples, Target, dot};
 
 /// A chunk's own memory, kept from epoch to epoch.
 pub(crate) struct Chunk {
@@ -62,6 +63,7 @@ pub(crate) struct Model<'a> {
     pub(crate) frames: &'a [[[f32; 3]; 2]],
     pub(crate) theta: &'a Packed,
     pub(crate) phi: &'a Packed,
+    pub(crate) reverse_map: ReverseMap,
     pub(crate) reverse_octaves: usize,
     pub(crate) residual: bool,
 }
@@ -75,6 +77,8 @@ pub(crate) struct Step<'a> {
     pub(crate) chunk: &'a mut Chunk,
     pub(crate) samples: &'a [Sample],
     pub(crate) targets: &'a [Target],
+    /// Of every sample, where the reverse map is [`ReverseMap::ClosestPoint`]; else empty.
+    pub(crate) origins: &'a [Origin],
     /// The face whose corners come first in `corner_gradients`.
     pub(crate) first_face: u32,
     /// Derivatives of the objective by the features of the corners of faces, to be added to: 3 d floats a face.
@@ -86,14 +90,15 @@ impl WithSimd for Step<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { model, objective, share, chunk, samples, targets, first_face, corner_gradients } = self;
+        let Self { model, objective, share, chunk, samples, targets, origins, first_face, corner_gradients } = self;
         chunk.theta_gradients.clear();
         chunk.phi_gradients.clear();
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
         let mut corners = CornerGradients { first_face, by_corner: corner_gradients, model: &model };
-        for (samples, targets) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)) {
-            let mut block = Block::new(samples, targets);
+        for (b, (samples, targets)) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)).enumerate() {
+            let origins = origins.get(b * BLOCK..).unwrap_or_default();
+            let mut block = Block::new(samples, targets, origins);
             block.forward(simd, &model, chunk);
             block.terms(objective, share, chunk);
             if objective.lambda_c > 0.0 {
@@ -108,6 +113,7 @@ impl WithSimd for Step<'_> {
 struct Block<'a> {
     samples: &'a [Sample],
     targets: &'a [Target],
+    origins: &'a [Origin],
     x: [[f32; 3]; BLOCK],
     y: [[f32; 3]; BLOCK],
     tangents: [[[f32; 3]; BLOCK]; 2],
@@ -117,9 +123,9 @@ struct Block<'a> {
 
 impl<'a> Block<'a> {
     #[inline(always)]
-    fn new(samples: &'a [Sample], targets: &'a [Target]) -> Self {
+    fn new(samples: &'a [Sample], targets: &'a [Target], origins: &'a [Origin]) -> Self {
         let zero = [[0.0; 3]; BLOCK];
-        Self { samples, targets, x: zero, y: zero, tangents: [zero; 2], dy: zero, dtangents: [zero; 2] }
+        Self { samples, targets, origins, x: zero, y: zero, tangents: [zero; 2], dy: zero, dtangents: [zero; 2] }
     }
 
     #[inline(always)]
@@ -206,16 +212,30 @@ impl<'a> Block<'a> {
         let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
         let mut sum = 0.0;
         for (s, (delta, out)) in deltas.zip(chunk.phi.output().chunks_exact(out_stride)).enumerate() {
+            delta[..3].fill(0.0);
+            if s >= n {
+                continue;
+            }
+            let y = inputs[s];
+            // What the network is added to, and the direction in which that does not follow y.
+            let (start, still) = match (model.reverse_map, self.origins.get(s)) {
+                (ReverseMap::Plain, _) => ([0.0; 3], None),
+                (ReverseMap::ClosestPoint, Some(Origin { point, normal })) if !is_identity => {
+                    let away = [y[0] - point[0], y[1] - point[1], y[2] - point[2]];
+                    let height = dot(*normal, away);
+                    ([0, 1, 2].map(|c| y[c] - height * normal[c]), Some(*normal))
+                }
+                (ReverseMap::ClosestPoint | ReverseMap::Residual, _) => (y, Some([0.0; 3])),
+            };
+            let r = [0, 1, 2].map(|c| start[c] + out[c] - self.x[s][c]);
+            sum += dot(r, r);
             for c in 0..3 {
-                delta[c] = 0.0;
-                if s < n {
-                    let back = if model.residual { inputs[s][c] + out[c] } else { out[c] };
-                    let r = back - self.x[s][c];
-                    sum += r * r;
-                    delta[c] = 2.0 * weight * r;
-                    if model.residual && !is_identity {
-                        self.dy[s][c] += delta[c];
-                    }
+                delta[c] = 2.0 * weight * r[c];
+            }
+            if let (Some(still), false) = (still, is_identity) {
+                let along = 2.0 * weight * dot(still, r);
+                for c in 0..3 {
+                    self.dy[s][c] += delta[c] - along * still[c];
                 }
             }
         }

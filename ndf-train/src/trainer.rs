@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
 use ndf_core::network::{Mlp, Packed};
 use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface};
+use ndf_core::{
+    DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface, TriangleTree,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
@@ -14,7 +16,7 @@ use crate::anchors::Anchors;
 use crate::batch::{Batch, CHUNKS, Sample};
 use crate::objective::Objective;
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
-use crate::settings::Settings;
+use crate::settings::{ReverseMap, Settings};
 use crate::state::{Checkpoint, State};
 use crate::step::{Chunk, Model, Step};
 use crate::terms::LossTerm;
@@ -91,6 +93,8 @@ pub struct Trainer<'a> {
     /// Derivatives by the features, 3 d floats a base face: d for each of its corners.
     corner_gradients: Vec<f32>,
     chunks: Vec<Chunk>,
+    /// Of the base mesh, where the reverse map asks for its closest points.
+    base_tree: Option<TriangleTree>,
     term_means: Vec<(&'static str, f64)>,
     pub(crate) started: Instant,
     pub(crate) projecting: Duration,
@@ -114,10 +118,11 @@ impl<'a> Trainer<'a> {
         let base = base.with_positions(normalised);
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
-        let phi = if settings.field.residual {
-            Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
-        } else {
-            Mlp::kaiming(settings.reverse_network(), &mut rng)
+        let phi = match settings.reverse_map {
+            ReverseMap::Plain => Mlp::kaiming(settings.reverse_network(), &mut rng),
+            ReverseMap::Residual | ReverseMap::ClosestPoint => {
+                Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
+            }
         };
         let (features, theta) = (start.features().to_vec(), start.network().clone());
         let groups = [features.len(), theta.parameters().len(), phi.parameters().len()];
@@ -175,6 +180,8 @@ impl<'a> Trainer<'a> {
             batch: Batch::new(settings.samples, base.face_count()),
             corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.features],
             chunks: Vec::new(),
+            base_tree: (settings.reverse_map == ReverseMap::ClosestPoint && settings.lambda_c > 0.0)
+                .then(|| TriangleTree::new(base.as_triangle_mesh())),
             term_means: Vec::new(),
             start,
             settings: settings.clone(),
@@ -298,7 +305,11 @@ impl<'a> Trainer<'a> {
         // send it to the far side of the surface and keep it folded.
         let base = self.start.base().as_triangle_mesh();
         let guides = samples.iter().map(|s| base.face_normal(s.face));
-        self.batch.project(self.surface, &self.similarity, field.map(&samples).into_iter().zip(guides));
+        let images = field.map(&samples);
+        if let Some(tree) = &self.base_tree {
+            self.batch.find_origins(base, tree, &images);
+        }
+        self.batch.project(self.surface, &self.similarity, images.into_iter().zip(guides));
         self.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
         if share < 1.0 { Err(TrainError::OutOfReach { share }) } else { Ok(()) }
@@ -320,6 +331,7 @@ impl<'a> Trainer<'a> {
             frames: &self.frames,
             theta: &self.packed.0,
             phi: &self.packed.1,
+            reverse_map: settings.reverse_map,
             reverse_octaves: settings.reverse_octaves,
             residual: settings.field.residual,
         };
@@ -442,7 +454,8 @@ impl Epoch<'_> {
                 share: self.share,
                 chunk,
                 samples: &self.batch.samples[samples.clone()],
-                targets: &self.batch.targets[samples],
+                targets: &self.batch.targets[samples.clone()],
+                origins: self.batch.origins.get(samples).unwrap_or_default(),
                 first_face: faces(first),
                 corner_gradients,
             });

@@ -14,8 +14,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::batch::Sample;
+use crate::batch::{Origin, Sample};
 use crate::objective::Objective;
+use crate::settings::ReverseMap;
 use crate::step::{Chunk, Model, Step};
 use crate::terms::{
     Conformal, Dirichlet, LossTerm, NormalAlignment, PointTarget, ProjectionDistance, Target,
@@ -53,6 +54,8 @@ struct Epoch {
     frames: Vec<[[f32; 3]; 2]>,
     samples: Vec<Sample>,
     targets: Vec<Target>,
+    origins: Vec<Origin>,
+    reverse_map: ReverseMap,
     features: Vec<f32>,
     theta: Mlp,
     phi: Mlp,
@@ -62,22 +65,23 @@ struct Epoch {
     by_phi: Vec<f32>,
 }
 
-fn epoch(weights: Weights) -> Epoch {
+fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> Epoch {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
     assert_eq!(base.vertex_count(), VERTICES);
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     let features: Vec<f32> = (0..VERTICES * FEATURES).map(|_| rng.random_range(-1.0..1.0)).collect();
-    let shape = |inputs| MlpShape { inputs, hidden: vec![HIDDEN; 2], outputs: 3, activation: Activation::Relu };
+    let shape = |inputs| MlpShape { inputs, hidden: vec![HIDDEN; 2], outputs: 3, activation };
     let theta = Mlp::kaiming(shape(THETA_INPUTS), &mut rng);
     let phi = Mlp::kaiming(shape(PHI_INPUTS), &mut rng);
     let mut samples = Vec::new();
-    let mut targets = Vec::new();
+    let (mut targets, mut origins) = (Vec::new(), Vec::new());
     for _ in 0..SAMPLES {
         let (a, b) = (rng.random_range(0.0..0.5_f32), rng.random_range(0.0..0.5_f32));
         samples.push(Sample { face: rng.random_range(0..80), barycentric: [1.0 - a - b, a, b] });
         let mut point = || [0; 3].map(|_| rng.random_range(-1.0..1.0_f32));
         let unit = |v: [f32; 3]| v.map(|x| x / v.iter().map(|x| x * x).sum::<f32>().sqrt());
         targets.push(Target { foot: point(), normal: unit(point()), surface_normal: unit(point()) });
+        origins.push(Origin { point: point(), normal: unit(point()) });
     }
     let positions = sample_encoding::single(base.positions());
     let frames: Vec<[[f32; 3]; 2]> =
@@ -99,6 +103,7 @@ fn epoch(weights: Weights) -> Epoch {
         frames: &frames,
         theta: &packed.0,
         phi: &packed.1,
+        reverse_map,
         reverse_octaves: REVERSE_OCTAVES,
         residual: true,
     };
@@ -109,6 +114,7 @@ fn epoch(weights: Weights) -> Epoch {
         chunk: &mut chunk,
         samples: &samples,
         targets: &targets,
+        origins: &origins,
         first_face: 0,
         corner_gradients: &mut corners,
     });
@@ -131,6 +137,8 @@ fn epoch(weights: Weights) -> Epoch {
         frames,
         samples,
         targets,
+        origins,
+        reverse_map,
         features,
         theta,
         phi,
