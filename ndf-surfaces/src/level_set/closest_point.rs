@@ -109,7 +109,9 @@ pub(super) fn polish<F: ScalarField>(side: &Side<'_, F>, all: &mut [Polish], opt
         lost.iter_mut().zip(&points).zip(side.values_and_gradients(&points))
     {
         // Heights rise along the line, whatever the gradient says.
-        let normal = gradient.try_normalize().unwrap_or(polish.line.direction());
+        let direction = polish.line.direction();
+        let normal =
+            gradient.try_normalize().filter(|normal| normal.dot(direction) > 0.0).unwrap_or(direction);
         polish.state = State::Arrived(point, normal);
     }
 }
