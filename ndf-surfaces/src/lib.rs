@@ -5,4 +5,4 @@ pub mod pseudonormals;
 pub mod winding_number;
 
 pub use mesh_surface::{EmptyMesh, MeshSurface};
-pub use winding_number::WindingNumber;
+pub use winding_number::{PointWindingNumber, WindingNumber};

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use ndf_core::io::atomic_write;
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::read_faces;
 use crate::context::Context;
-use crate::input::MeshInput;
+use crate::input::{self, Base, Input, Kind, Reading};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
@@ -29,9 +29,8 @@ pub struct Arguments {
     /// The model to write.
     #[arg(short, long, value_name = "MODEL.ndf")]
     output: PathBuf,
-    /// What the input is, where its content should not decide.
-    #[arg(long = "as", value_name = "KIND")]
-    kind: Option<Kind>,
+    #[command(flatten)]
+    reading: Reading,
     /// A base mesh to use instead of one that is made.
     #[arg(long, value_name = "FILE", conflicts_with = "base_faces")]
     base: Option<PathBuf>,
@@ -76,7 +75,7 @@ pub struct Training {
     /// Weight of the projection loss [default: 1e4].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_p: Option<f32>,
-    /// Weight of the cycle loss [default: 1e2].
+    /// Weight of the cycle loss [default: 1e2 to 1e5, as the kind of input needs].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_c: Option<f32>,
     /// Weight of the Dirichlet energy [default: 0].
@@ -103,21 +102,14 @@ enum Preset {
     Paper,
 }
 
-/// Kinds of input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// A triangle mesh of any quality, treated as a signed distance field.
-    Mesh,
-}
-
 impl Training {
-    /// Settings with what was given.
-    pub fn settings(&self, seed: u64) -> Settings {
+    /// Settings for a kind of input, with what was given.
+    pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let preset = match self.preset {
             Preset::Default => Settings::default(),
             Preset::Paper => Settings::paper(),
         };
-        let mut settings = Settings { seed, time_limit: self.time_limit, ..preset };
+        let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
         if let Some(features) = self.features {
             settings.field.features = features as usize;
         }
@@ -149,9 +141,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
     let job = Job {
         input: &arguments.input,
+        reading: arguments.reading,
         base: arguments.base.as_deref(),
         base_faces: arguments.base_faces,
-        settings: arguments.training.settings(context.seed()),
+        training: arguments.training,
         anchors: arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default(),
         resume: arguments.resume.as_deref(),
         log: arguments.log.as_deref(),
@@ -181,12 +174,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 pub struct Job<'a> {
     /// The file with the surface.
     pub input: &'a Path,
+    /// How the file is to be understood.
+    pub reading: Reading,
     /// A base mesh, if one is brought.
     pub base: Option<&'a Path>,
     /// Faces of the base mesh, if one is made.
     pub base_faces: u32,
     /// How to train.
-    pub settings: Settings,
+    pub training: Training,
     /// Points of the base mesh and where their images should be.
     pub anchors: Vec<(DVec3, DVec3)>,
     /// A checkpoint to go on from; then base mesh and settings are those of the checkpoint.
@@ -197,8 +192,17 @@ pub struct Job<'a> {
 
 impl<'a> Job<'a> {
     /// The job of learning `input` with these settings.
-    pub fn new(input: &'a Path, base_faces: u32, settings: Settings) -> Self {
-        Self { input, base: None, base_faces, settings, anchors: Vec::new(), resume: None, log: None }
+    pub fn new(input: &'a Path, reading: Reading, base_faces: u32, training: Training) -> Self {
+        Self {
+            input,
+            reading,
+            base: None,
+            base_faces,
+            training,
+            anchors: Vec::new(),
+            resume: None,
+            log: None,
+        }
     }
 }
 
@@ -208,8 +212,14 @@ pub struct Fitted {
     pub model: Model,
     /// The base mesh in the input's units.
     pub base: ManifoldMesh,
+    /// How that came about.
+    pub base_report: Value,
+    /// The same in words.
+    pub base_remark: Option<String>,
+    /// Seconds in which the input was read and prepared.
+    pub seconds_reading: f64,
     /// What was learned from.
-    pub input: MeshInput,
+    pub input: Input,
     /// Figures of the training.
     pub report: FitReport,
 }
@@ -221,13 +231,16 @@ pub struct Fitted {
 pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint), Failure> {
     let name = job.input.display();
     let progress = context.progress().cancelled_by(interrupt::flag());
-    let source = MeshInput::read(job.input, context)?;
+    let started = Instant::now();
+    let source = input::open(job.input, &job.reading, context)?;
+    let seconds_reading = started.elapsed().as_secs_f64();
+    let (mut base_report, mut base_remark) = (Value::Null, None);
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
     let mut trainer = match job.resume {
         Some(path) => {
             let checkpoint =
                 Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-            Trainer::resumed(source.surface(), checkpoint).map_err(|e| say(&e))?
+            Trainer::resumed(&*source.surface, checkpoint).map_err(|e| say(&e))?
         }
         None => {
             let base = match job.base {
@@ -235,10 +248,14 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
                 None => {
                     let options =
                         BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
-                    source.base_mesh(job.input, &options, context, &progress)?.mesh
+                    let Base { mesh, report, remark } =
+                        source.base_mesh(&name.to_string(), &options, context, &progress)?;
+                    (base_report, base_remark) = (report, remark);
+                    mesh
                 }
             };
-            Trainer::new(source.surface(), &base, &job.settings).map_err(|e| say(&e))?
+            let settings = job.training.settings(source.kind, context.seed());
+            Trainer::new(&*source.surface, &base, &settings).map_err(|e| say(&e))?
         }
     };
     if !job.anchors.is_empty() {
@@ -281,7 +298,9 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let provenance = provenance(job.input, settings, &report).to_string();
     let world = field.base().positions().iter().map(|&p| similarity.to_world(p)).collect();
     let base = field.base().with_positions(world);
-    Ok((Fitted { model: Model { field, similarity, provenance }, base, input: source, report }, checkpoint))
+    let model = Model { field, similarity, provenance };
+    let fitted = Fitted { model, base, base_report, base_remark, input: source, seconds_reading, report };
+    Ok((fitted, checkpoint))
 }
 
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
@@ -383,6 +402,9 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
     let report = &fitted.report;
     let json = json!({
         "output": path,
+        "kind": fitted.input.kind.name(),
+        "base": fitted.base_report,
+        "seconds_reading": fitted.seconds_reading,
         "seconds": report.seconds,
         "seconds_projecting": report.seconds_projecting,
         "epochs": report.epochs,
@@ -397,15 +419,18 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
         "model_bytes": bytes,
     });
     let world = |x: f64| readable(fitted.model.similarity.length_to_world(x));
+    let counts = format!(
+        "{} faces, {} vertices",
+        grouped(fitted.base.face_count()),
+        grouped(fitted.base.vertex_count())
+    );
+    let base = match &fitted.base_remark {
+        Some(remark) => format!("{counts}; {remark}"),
+        None => counts,
+    };
     let rows = [
-        (
-            "base mesh",
-            format!(
-                "{} faces, {} vertices",
-                grouped(fitted.base.face_count()),
-                grouped(fitted.base.vertex_count())
-            ),
-        ),
+        ("input", fitted.input.kind.to_string()),
+        ("base mesh", base),
         (
             "distance to the input",
             format!("{} rms, {} at most", world(report.projection_rms), world(report.projection_max)),
