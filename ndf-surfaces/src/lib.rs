@@ -1,8 +1,10 @@
 //! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
 
+pub mod level_set;
 pub mod mesh_surface;
 pub mod pseudonormals;
 pub mod winding_number;
 
+pub use level_set::{LevelSearch, LevelSetSurface};
 pub use mesh_surface::{EmptyMesh, MeshSurface};
 pub use winding_number::{PointWindingNumber, WindingNumber};
