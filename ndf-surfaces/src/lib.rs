@@ -2,6 +2,7 @@
 
 pub mod level_set;
 pub mod mesh_surface;
+pub mod point_cloud;
 pub mod pseudonormals;
 pub mod winding_number;
 

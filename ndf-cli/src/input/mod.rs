@@ -5,6 +5,7 @@
 //! representation: a [`Kind`], a file here with its [`Family`], and a line in the list.
 
 mod base;
+mod cloud;
 mod content;
 mod kind;
 mod mesh;
@@ -34,9 +35,9 @@ pub struct Family {
     describe: fn(&Content, &Reading, &Context) -> Result<Outcome, Failure>,
 }
 
-/// All families, in the order in which they are asked. The last also takes what nobody recognises, to say what is
+/// All families, in the order in which they are asked. What none recognises is left to [`mesh::FAMILY`], to say what is
 /// wrong with it.
-const FAMILIES: [Family; 1] = [mesh::FAMILY];
+static FAMILIES: [Family; 2] = [mesh::FAMILY, cloud::FAMILY];
 
 /// How an input is to be understood.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -81,12 +82,11 @@ pub fn describe(content: &Content, reading: &Reading, context: &Context) -> Resu
 
 /// The family that opens a file.
 fn family(content: &Content, reading: &Reading) -> &'static Family {
-    static ALL: [Family; FAMILIES.len()] = FAMILIES;
     let fits = |family: &&Family| match reading.kind {
         Some(kind) => family.kinds.contains(&kind),
         None => (family.recognises)(content),
     };
-    ALL.iter().find(fits).unwrap_or(&ALL[ALL.len() - 1])
+    FAMILIES.iter().find(fits).unwrap_or(&FAMILIES[0])
 }
 
 impl Input {
