@@ -2,10 +2,12 @@
 
 pub mod level_set;
 pub mod mesh_surface;
+pub mod narrow_band;
 pub mod point_cloud;
 pub mod pseudonormals;
 pub mod winding_number;
 
 pub use level_set::{LevelSearch, LevelSetSurface};
 pub use mesh_surface::{EmptyMesh, MeshSurface};
+pub use narrow_band::{BandOptions, NarrowBand};
 pub use winding_number::{PointWindingNumber, WindingNumber};
