@@ -13,6 +13,11 @@ const OPPOSED: f64 = -0.25;
 /// What a step that led away from the query leaves of the longest step.
 const SHRINKAGE: f64 = 0.25;
 
+/// Whether a normal is turned against a guide.
+pub(super) fn opposes(normal: DVec3, guide: DVec3) -> bool {
+    normal.dot(guide) <= OPPOSED
+}
+
 /// A foot in the making.
 pub(super) struct Polish {
     /// Which query it answers.
@@ -83,7 +88,7 @@ impl Polish {
     fn arrive(&mut self, point: DVec3, normal: DVec3, options: &LevelSearch) {
         let limit = self.crossing.distance(self.line.origin()) + options.tolerance;
         let is_closer = point.distance(self.line.origin()) <= limit;
-        let agrees = self.guide.is_none_or(|guide| normal.dot(guide) > OPPOSED);
+        let agrees = self.guide.is_none_or(|guide| !opposes(normal, guide));
         self.state = if is_closer && agrees { State::Arrived(point, normal) } else { State::Lost };
     }
 }

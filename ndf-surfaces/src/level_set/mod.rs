@@ -19,8 +19,11 @@ use side::Side;
 /// How to look for the level. Lengths are in the field's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelSearch {
-    /// How far along a line is looked. A level farther away is a [`Miss::NoCrossing`].
+    /// How far along the gradient is looked. A level farther away is a [`Miss::NoCrossing`].
     pub reach: f64,
+    /// How far along the guide is looked: what lies farther is likely another part of the surface. This is also the
+    /// thickest wall that a point which has strayed through it is led back across.
+    pub guide_reach: f64,
     /// The longest step of the search along a line: what is thinner may be jumped over. A field with a
     /// [Lipschitz bound](ScalarField::lipschitz) is stepped through faster where the bound allows it.
     pub step: f64,
@@ -31,11 +34,17 @@ pub struct LevelSearch {
 }
 
 impl LevelSearch {
-    /// The search for a surface in a box: a reach of a tenth of its diagonal, steps of 1/200, a tolerance of
-    /// 10⁻⁷, and up to 8 steps of polish.
+    /// The search for a surface in a box: a reach of a tenth of its diagonal (1/50 along guides), steps of
+    /// 1/200, a tolerance of 10⁻⁷, and up to 8 steps of polish.
     pub fn within(bounds: &BoundingBox) -> Self {
         let diagonal = bounds.diagonal();
-        Self { reach: 0.1 * diagonal, step: 0.005 * diagonal, tolerance: 1e-7 * diagonal, polish: 8 }
+        Self {
+            reach: 0.1 * diagonal,
+            guide_reach: 0.02 * diagonal,
+            step: 0.005 * diagonal,
+            tolerance: 1e-7 * diagonal,
+            polish: 8,
+        }
     }
 }
 
@@ -45,8 +54,10 @@ impl LevelSearch {
 /// outward from a point inside and inward from a point outside, so that the crossing found is one where n leaves the
 /// inside. The crossing is then moved along the level set to the point of it closest to p, by steps on tangent planes
 /// (the limit p − x ∥ ∇f is a local minimum of the distance), unless that leads to where the surface is turned
-/// against n. Without a guide, or where its line does not meet the level, the gradient at p shows the way. Points
-/// whose lines do not meet the level within [`LevelSearch::reach`] miss.
+/// against n. Without a guide, or where its line does not meet the level within [`LevelSearch::guide_reach`], the
+/// gradient at p shows the way. If that leads to where the surface is turned against n, p has strayed through a thin
+/// wall: the search goes on from there through the wall, along n, to the other side. Points whose lines do not meet the
+/// level within [`LevelSearch::reach`] miss.
 ///
 /// **Cost** of a projection: 5 to 10 values and 3 to 6 gradients, mostly.
 #[derive(Clone, Debug)]
@@ -77,6 +88,39 @@ impl<F: ScalarField> LevelSetSurface<F> {
     pub fn field(&self) -> &F {
         &self.field
     }
+
+    /// Leads feet whose normals oppose their guides through the wall they lie on, to its other side, where that is
+    /// within reach of the guide. Guides come with the numbers of their feet.
+    fn cross_walls(&self, side: &Side<'_, F>, guides: &[(usize, DVec3)], feet: &mut [Projection]) {
+        let within = 4.0 * self.search.tolerance;
+        let opposed: Vec<(usize, DVec3, DVec3)> = guides
+            .iter()
+            .filter_map(|&(i, guide)| feet[i].ok().map(|foot| (i, guide, foot)))
+            .filter(|(_, guide, foot)| closest_point::opposes(foot.normal, *guide))
+            .map(|(i, guide, foot)| (i, guide, foot.point - within * foot.normal))
+            .collect();
+        if opposed.is_empty() {
+            return;
+        }
+        let starts: Vec<DVec3> = opposed.iter().map(|&(_, _, start)| start).collect();
+        let along_guide = LevelSearch { reach: self.search.guide_reach, ..self.search };
+        let mut lines: Vec<Option<Line>> = opposed
+            .iter()
+            .zip(side.values_and_gradients(&starts))
+            .map(|(&(_, guide, start), (f, g))| Some(Line::new(start, guide, f, g, &along_guide)))
+            .collect();
+        search(side, &mut lines, &along_guide);
+        let bracketed = lines.into_iter().zip(&opposed).filter_map(|(line, &(i, guide, _))| {
+            line.filter(Line::is_bracketed).map(|line| Polish::new(i, line, Some(guide)))
+        });
+        let mut found: Vec<Polish> = bracketed.collect();
+        closest_point::polish(side, &mut found, &self.search);
+        for (i, foot) in found.into_iter().map(Polish::into_foot) {
+            if let Ok([point, normal]) = foot {
+                feet[i] = Ok(Foot { point, normal, hint: Hint::NONE });
+            }
+        }
+    }
 }
 
 impl<F: ScalarField> Surface for LevelSetSurface<F> {
@@ -98,7 +142,8 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
             starts.map(|((&p, &(f, g)), d)| d.map(|d| Line::new(p, d, f, g, &self.search))).collect()
         };
         let mut lines_of_guides = lines(&along_guides);
-        search(&side, &mut lines_of_guides, &self.search);
+        let along_guide = LevelSearch { reach: self.search.guide_reach, ..self.search };
+        search(&side, &mut lines_of_guides, &along_guide);
         // The others follow the gradient.
         let missed = |line: &Option<Line>| line.as_ref().is_none_or(|line| !line.is_bracketed());
         let along_gradients: Vec<Option<DVec3>> = lines_of_guides
@@ -120,6 +165,9 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
             let (i, foot) = polished.into_foot();
             feet[i] = foot.map(|[point, normal]| Foot { point, normal, hint: Hint::NONE });
         }
+        let guides: Vec<(usize, DVec3)> =
+            finite.iter().zip(along_guides).filter_map(|(&i, guide)| Some((i, guide?))).collect();
+        self.cross_walls(&side, &guides, feet);
     }
 
     fn tolerance(&self) -> f64 {

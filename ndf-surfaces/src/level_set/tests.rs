@@ -136,6 +136,13 @@ fn guides_tell_the_sides_of_a_wall_apart() {
     let foot = projected(&slab, &[below_the_middle])[0].unwrap();
     assert!(foot.point.distance(DVec3::new(0.2, 0.1, 0.01)) < 1e-6, "{foot:?}");
     assert!(foot.normal.dot(DVec3::Z) > 0.999);
+    // A point that has strayed through the wall finds back, unless the wall is too thick for that.
+    let beyond = Query { normal: Some(DVec3::Z), ..Query::at(DVec3::new(0.2, 0.1, -0.013)) };
+    let foot = projected(&slab, &[beyond])[0].unwrap();
+    assert!(foot.point.distance(DVec3::new(0.2, 0.1, 0.01)) < 1e-6, "{foot:?}");
+    let search = LevelSearch { guide_reach: 0.001, ..*slab.search() };
+    let foot = projected(&slab.with_search(search), &[beyond])[0].unwrap();
+    assert!(foot.point.distance(DVec3::new(0.2, 0.1, -0.01)) < 1e-6, "{foot:?}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod field;
 mod graph;
 mod hash_grid;
 mod layouts;
+pub mod made;
 mod snapshot;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use ndf_core::{BoundingBox, DVec3, Inside, Query, ScalarField};
 
 use super::*;
-use crate::tensors::{Tensor, TensorFile};
+use crate::tensors::{Tensor, TensorFile, to_safetensors};
 use crate::test_data::data_file;
 
 fn tensors(name: &str) -> Option<TensorFile> {
@@ -29,14 +29,12 @@ fn agrees(field: &NeuralField, golden: &str, values: &str) {
         .zip(expected.values().chunks_exact(stride))
         .map(|(f, e)| (f - f64::from(e[stride - 1])).abs())
         .fold(0.0, f64::max);
-    println!("{golden}: {} {error:.2e} of {largest}", field.layout());
     assert!(error <= 1e-5 * f64::from(largest), "{golden}: off by {error} of {largest}");
     if let Some(gradients) = golden_file.get("grad") {
         let mut found = vec![DVec3::ZERO; points.len()];
         field.gradients(&points, &mut found);
         let expected = self::points(gradients);
         let error = found.iter().zip(&expected).map(|(f, e)| f.distance(*e)).fold(0.0, f64::max);
-        println!("gradients {error:.2e}");
         assert!(error < 1e-4, "{golden}: gradients off by {error}");
     }
 }
@@ -261,14 +259,13 @@ fn feet_on_a_network_are_the_closest_points() {
 
 /// A file of safetensors with these tensors.
 fn safetensors_of(tensors: &[(&str, Vec<usize>, Vec<f32>)]) -> Vec<u8> {
-    let bytes: Vec<Vec<u8>> =
-        tensors.iter().map(|(_, _, v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
-    let views = tensors.iter().zip(&bytes).map(|((name, shape, _), bytes)| {
-        let view =
-            safetensors::tensor::TensorView::new(safetensors::Dtype::F32, shape.clone(), bytes).unwrap();
-        (*name, view)
-    });
-    safetensors::serialize(views, None).unwrap()
+    let tensors: Vec<(String, Tensor)> = tensors
+        .iter()
+        .map(|(name, shape, values)| {
+            ((*name).to_owned(), Tensor::new(shape.clone(), values.clone()).unwrap())
+        })
+        .collect();
+    to_safetensors(&tensors).unwrap()
 }
 
 fn layout_error(tensors: &[(&str, Vec<usize>, Vec<f32>)]) -> String {
@@ -429,4 +426,36 @@ fn damaged_snapshots_are_refused() {
     assert!(error(&[0xdf, 0xff, 0xff, 0xff, 0xff]).contains("MessagePack"));
     let nested = [vec![0x81, 0xa1, b'a'], vec![0x91; 100_000]].concat();
     assert!(error(&nested).contains("MessagePack"));
+}
+
+fn made(checkpoint: &[(String, Tensor)]) -> NeuralField {
+    let file = TensorFile::parse(&to_safetensors(checkpoint).unwrap()).unwrap();
+    NeuralField::from_tensors(&file, None).unwrap()
+}
+
+const TORUS: made::Torus = made::Torus { ring: 0.6, tube: 0.25 };
+
+ndf_core::surface_conformance!(torus_of_neus, surface(made(&TORUS.as_neus())));
+ndf_core::surface_conformance!(torus_of_nerf, surface(made(&TORUS.as_nerf()).with_level(50.0)));
+
+#[test]
+fn made_networks_are_a_torus() {
+    let (neus, nerf) = (made(&TORUS.as_neus()), made(&TORUS.as_nerf()));
+    assert_eq!((neus.layout(), neus.inside()), ("NeuS", Inside::Below));
+    assert_eq!((nerf.layout(), nerf.inside(), nerf.quantity()), ("NeRF", Inside::Above, Quantity::Density));
+    let points: Vec<DVec3> = (0..500)
+        .map(|i| {
+            let (u, v) = (0.31 * f64::from(i), 0.77 * f64::from(i));
+            let r = TORUS.ring + (TORUS.tube + 0.1 * u.sin()) * v.cos();
+            DVec3::new(r * u.cos(), r * u.sin(), (TORUS.tube + 0.1 * u.sin()) * v.sin())
+        })
+        .collect();
+    let (mut distances, mut densities) = (vec![0.0; 500], vec![0.0; 500]);
+    neus.values(&points, &mut distances);
+    nerf.values(&points, &mut densities);
+    for ((i, d), sigma) in distances.iter().enumerate().zip(&densities) {
+        let truth = 0.1 * (0.31 * i as f64).sin();
+        assert!((d - truth).abs() < 2e-3, "{d} {truth}");
+        assert!(((50.0 - sigma) / 500.0 - truth).abs() < 2e-3, "{sigma} {truth}");
+    }
 }

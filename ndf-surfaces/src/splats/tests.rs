@@ -131,7 +131,6 @@ fn formats_agree_with_one_another() {
             alike += usize::from(covariances_agree(splat, twin));
             opaque += usize::from((splat.opacity - twin.opacity).abs() < 0.01);
         }
-        println!("{name}: {close} close, {alike} alike, {opaque} opaque of {looked_at}");
         // Splats that share a place may be taken for one another.
         assert!(looked_at > 1000);
         for good in [close, alike, opaque] {
@@ -192,7 +191,6 @@ fn real_objects_have_a_level_set() {
     ] {
         let Some((_, splats)) = real(name) else { continue };
         let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
-        println!("{name}: {:?}, level {}, {:?}", density.report(), density.level(), density.bounds());
         assert!(density.level() > 0.0 && density.level().is_finite());
     }
 }

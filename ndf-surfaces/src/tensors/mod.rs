@@ -167,6 +167,22 @@ impl TensorFile {
     }
 }
 
+/// Named tensors as a file of safetensors.
+///
+/// # Errors
+/// If names are not fit for one.
+pub fn to_safetensors(tensors: &[(String, Tensor)]) -> Result<Vec<u8>, TensorError> {
+    use safetensors::tensor::{Dtype, TensorView};
+    let bad = |e: safetensors::SafeTensorError| damaged(e.to_string());
+    let bytes: Vec<Vec<u8>> =
+        tensors.iter().map(|(_, t)| t.values.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
+    let views = tensors.iter().zip(&bytes).map(|((name, tensor), bytes)| {
+        TensorView::new(Dtype::F32, tensor.shape.clone(), bytes).map(|view| (name.as_str(), view))
+    });
+    let views = views.collect::<Result<Vec<_>, _>>().map_err(bad)?;
+    safetensors::serialize(views, None).map_err(bad)
+}
+
 /// Whether a file begins like one that holds tensors.
 pub fn is_tensor_file(bytes: &[u8]) -> bool {
     container_of(bytes).is_some()

@@ -145,7 +145,7 @@ pub(in super::super) fn siren_of_flat_file(bytes: &[u8]) -> Option<Recognised> {
     let (numbers, rest) = bytes.as_chunks::<4>();
     let numbers: Vec<f32> = numbers.iter().map(|&b| f32::from_le_bytes(b)).collect();
     // Weights of a SIREN are below about 30; noise read as numbers is not.
-    if !rest.is_empty() || numbers.is_empty() || numbers.iter().any(|x| !(x.abs() < 1e3)) {
+    if !rest.is_empty() || numbers.is_empty() || !numbers.iter().all(|x| x.abs() < 1e3) {
         return None;
     }
     let count = |width: usize, squares: usize| 5 * width + 1 + squares * (width * width + width);
