@@ -43,7 +43,13 @@ fn read(content: &Content, reading: &Reading, context: &Context) -> Result<Splat
         Some(value) => (density.with_level(value), Level { value, rule: "as asked for" }),
         None => {
             let value = density.level();
-            (density, Level { value, rule: "half the median density at the centres of opaque splats" })
+            (
+                density,
+                Level {
+                    value,
+                    rule: "as SuGaR's meshes, or half the typical density of opaque splats if less",
+                },
+            )
         }
     };
     Ok(Splats { density, format, level, read: splats.len() })

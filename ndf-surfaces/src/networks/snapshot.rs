@@ -22,10 +22,16 @@ const DEEPEST: usize = 64;
 /// Level of the logarithm of the density at which instant-ngp makes its own meshes.
 const MESH_LEVEL: f64 = 2.5;
 
-/// Whether a file may be a snapshot: a map of MessagePack, or something packed that begins with one.
+/// Where the name of the part that is read must stand: sizes of networks come before it, all weights after.
+const BEGINNING: usize = 1 << 16;
+
+/// Whether a file may be a snapshot: a map of MessagePack, bare or packed, that soon names a snapshot.
 pub fn is_snapshot(bytes: &[u8]) -> bool {
-    let is_map = |b: &[u8]| matches!(b, [0x81..=0x8f | 0xde | 0xdf, ..]);
-    is_map(bytes) || unpacked(bytes, 1).is_some_and(|b| is_map(&b))
+    let names_one = |contents: &[u8]| {
+        matches!(contents, [0x80..=0x8f | 0xde | 0xdf, ..])
+            && contents[..contents.len().min(BEGINNING)].windows(8).any(|name| name == b"snapshot")
+    };
+    names_one(bytes) || unpacked(bytes, BEGINNING as u64).is_some_and(|contents| names_one(&contents))
 }
 
 /// Contents of a packed file, up to a limit; `None` if it is not packed or damaged.

@@ -46,6 +46,9 @@ const LOOKS: usize = 20_000;
 /// Opacity from which a splat is taken for a piece of surface.
 const OPAQUE: f32 = 0.5;
 
+/// Level of the meshes of SuGaR.
+const MESH_LEVEL: f64 = 0.3;
+
 /// A Gaussian ready for evaluation: `opacity · exp(−½ ‖A (x − center)‖²)`.
 #[derive(Clone, Copy, Debug)]
 struct Gaussian {
@@ -59,8 +62,8 @@ struct Gaussian {
 /// lowered by its value there, so that the sum is continuous. Where no Gaussian reaches, the value is negative: minus
 /// the distance to the nearest centre in least standard deviations, so that the gradient shows the way to the object.
 ///
-/// **The level** is, unless another is set, half the median density at the centres of opaque splats: on the slope
-/// beside the sheet that the splats of a surface form.
+/// **The level** is, unless another is set, that of SuGaR's meshes, 0.3, or half the median density at the centres of
+/// opaque splats where that is less: on the outer slope of the sheet that the splats of a surface form.
 #[derive(Clone, Debug)]
 pub struct SplatDensity {
     gaussians: Vec<Gaussian>,
@@ -133,7 +136,7 @@ impl SplatDensity {
         self.report
     }
 
-    /// Half the median density at the centres of opaque splats, or of all if none is opaque.
+    /// See [`SplatDensity`]; of all splats if none is opaque.
     fn usual_level(&self) -> f64 {
         let opaque: Vec<DVec3> =
             self.gaussians.iter().filter(|g| g.opacity >= OPAQUE).map(|g| g.center).collect();
@@ -142,7 +145,8 @@ impl SplatDensity {
         let looked_at: Vec<DVec3> = centers.iter().step_by(centers.len().div_ceil(LOOKS)).copied().collect();
         let mut values: Vec<f64> = looked_at.par_iter().map(|&p| self.at(p)).collect();
         let middle = values.len() / 2;
-        0.5 * *values.select_nth_unstable_by(middle, f64::total_cmp).1
+        let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+        MESH_LEVEL.min(0.5 * median)
     }
 
     /// Calls for every Gaussian that reaches a point, with the offset in its own units and what it adds.

@@ -60,7 +60,7 @@ fn splats_on_a_sphere_make_a_sphere() {
     let density = density();
     assert_eq!(density.report(), SplatReport { kept: 2562, ..SplatReport::default() });
     let found = mean_radius(&density);
-    // Half the height of the sheet: 1.18 standard deviations outside, one being 1/300 of the diagonal.
+    // On the slope of the sheet, within three of its standard deviations of 1/300 of the diagonal.
     let sigma = density.bounds().diagonal() / 300.0;
     assert!(found > 1.0 && found < 1.0 + 3.0 * sigma, "{found}, sigma {sigma}");
 }
