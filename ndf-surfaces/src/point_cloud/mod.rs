@@ -15,6 +15,8 @@ mod moving_spheres;
 mod neighbours;
 mod orientation;
 mod oriented_cloud;
+#[cfg(any(test, feature = "samples"))]
+pub mod samples;
 mod unoriented;
 mod winding_field;
 
