@@ -1,10 +1,16 @@
 //! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
 
 pub mod level_set;
+pub mod levels;
 pub mod mesh_surface;
 pub mod narrow_band;
+pub mod networks;
 pub mod point_cloud;
 pub mod pseudonormals;
+pub mod splats;
+pub mod tensors;
+#[cfg(test)]
+mod test_data;
 pub mod winding_number;
 
 pub use level_set::{LevelSearch, LevelSetSurface};

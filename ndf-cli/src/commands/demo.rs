@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let job = Job::new(&input, arguments.reading, BASE_FACES, arguments.training);
+    let job = Job::new(&input, &arguments.reading, BASE_FACES, arguments.training);
     let (fitted, _) = fit_file(&job, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));

@@ -78,7 +78,14 @@ fn oriented(name: &str, cloud: &PointCloud, context: &Context) -> Input {
         context.warn(&format!("{name}: the normals point inward; they are turned"));
     }
     let base = BaseSource::Isosurface { scaffold: None, reason: None };
-    Input { kind: Kind::OrientedCloud, surface: Box::new(surface), base, mesh: None }
+    Input {
+        kind: Kind::OrientedCloud,
+        surface: Box::new(surface),
+        base,
+        mesh: None,
+        level: None,
+        cached: None,
+    }
 }
 
 fn unoriented(name: &str, cloud: &PointCloud, context: &Context) -> Result<Input, Failure> {
@@ -99,7 +106,14 @@ fn unoriented(name: &str, cloud: &PointCloud, context: &Context) -> Result<Input
     }
     let scaffold: Box<dyn Surface> = Box::new(found.scaffold);
     let base = BaseSource::Isosurface { scaffold: Some(scaffold), reason: None };
-    Ok(Input { kind: Kind::Cloud, surface: Box::new(found.surface), base, mesh: None })
+    Ok(Input {
+        kind: Kind::Cloud,
+        surface: Box::new(found.surface),
+        base,
+        mesh: None,
+        level: None,
+        cached: None,
+    })
 }
 
 fn describe(content: &Content, reading: &Reading, context: &Context) -> Result<Outcome, Failure> {

@@ -69,5 +69,5 @@ fn open(content: &Content, _: &Reading, context: &Context) -> Result<Input, Fail
         }
     };
     let surface: Box<dyn Surface> = Box::new(surface.map_err(|e| Failure::new(format!("{name}: {e}")))?);
-    Ok(Input { kind: Kind::Mesh, surface, base, mesh: Some(file.mesh) })
+    Ok(Input { kind: Kind::Mesh, surface, base, mesh: Some(file.mesh), level: None, cached: None })
 }

@@ -4,18 +4,23 @@
 //! recognises the content opens it. `--as` names the kind, and with it the family, instead. To add a
 //! representation: a [`Kind`], a file here with its [`Family`], and a line in the list.
 
+mod band;
 mod base;
 mod cloud;
 mod content;
 mod kind;
 mod mesh;
+mod network;
+mod splats;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndf_core::{Model, Progress, Surface, TriangleMesh};
 use ndf_meshing::{MarchingCubesOptions, marching_cubes};
+use ndf_surfaces::LevelSearch;
 
+pub use band::{Band, BandFigures};
 pub use base::{Base, BaseSource};
 pub use content::{Content, begins_as_model, read_model};
 pub use kind::Kind;
@@ -37,14 +42,37 @@ pub struct Family {
 
 /// All families, in the order in which they are asked. What none recognises is left to [`mesh::FAMILY`], to say what is
 /// wrong with it.
-static FAMILIES: [Family; 2] = [mesh::FAMILY, cloud::FAMILY];
+static FAMILIES: [Family; 4] = [mesh::FAMILY, network::FAMILY, splats::FAMILY, cloud::FAMILY];
 
 /// How an input is to be understood.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Reading {
     /// What the input is, where its content should not decide.
     #[arg(long = "as", value_name = "KIND")]
     pub kind: Option<Kind>,
+    /// Level of the surface, where the input is a field: a density, an occupancy or a distance [default: by rule].
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = finite)]
+    pub iso: Option<f64>,
+    /// Codes of a decoder of many shapes: a file with a table of them.
+    #[arg(long, value_name = "FILE")]
+    pub latent: Option<PathBuf>,
+    /// Which of the codes.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "latent")]
+    pub latent_index: usize,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number.is_finite() { Ok(number) } else { Err("not finite".to_owned()) }
+}
+
+/// The level of a field that is learned.
+#[derive(Clone, Copy, Debug)]
+pub struct Level {
+    /// Its value.
+    pub value: f64,
+    /// How it was chosen.
+    pub rule: &'static str,
 }
 
 /// A surface from a file.
@@ -57,6 +85,10 @@ pub struct Input {
     pub base: BaseSource,
     /// The mesh it is known by, where it is a mesh.
     pub mesh: Option<TriangleMesh>,
+    /// The level of its field, where that was to be chosen.
+    pub level: Option<Level>,
+    /// How the level of a cached copy of the field is searched, where projecting onto the field itself is costly.
+    pub cached: Option<LevelSearch>,
 }
 
 /// Reads a surface of any kind; what had to be mended is told as warnings.
