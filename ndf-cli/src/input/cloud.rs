@@ -2,8 +2,8 @@
 
 use ndf_core::Surface;
 use ndf_surfaces::point_cloud::{
-    CloudFile, Neighbours, PointCloud, WindingFieldOptions, agreement_of_normals, oriented_cloud,
-    parse_cloud, sniff, unoriented_cloud,
+    CloudFile, Neighbours, OrientedCloud, PointCloud, WindingFieldOptions, agreement_of_normals, parse_cloud,
+    sniff, unoriented_cloud,
 };
 use serde_json::json;
 
@@ -73,7 +73,7 @@ fn open(content: &Content, reading: &Reading, context: &Context) -> Result<Input
 }
 
 fn oriented(name: &str, cloud: &PointCloud, context: &Context) -> Input {
-    let surface = oriented_cloud(cloud, &WindingFieldOptions::default());
+    let surface = OrientedCloud::new(cloud, &WindingFieldOptions::default());
     if surface.field().is_turned() {
         context.warn(&format!("{name}: the normals point inward; they are turned"));
     }

@@ -12,7 +12,10 @@ const REACH_BY_SPACING: f64 = 3.5;
 const REACH_BY_NOISE: f64 = 6.0;
 
 /// How fast the radius of influence may change from point to point.
-const SLOPE: f64 = 0.5;
+const SLOPE: f64 = 0.2;
+
+/// How far a place may move before its neighbours are looked up again, in reaches.
+const SLACK: f64 = 0.25;
 
 /// Points farther from the surface than this count for little: in spacings and in standard deviations of the noise; the
 /// larger counts.
@@ -178,7 +181,7 @@ impl Around {
     fn new(spheres: &MovingSpheres, center: DVec3) -> Self {
         let nearest = spheres.neighbours.nearest(center, 1)[0];
         let reach = spheres.reaches[nearest.index as usize];
-        let slack = 0.5 * reach;
+        let slack = SLACK * reach;
         // A point at distance d counts only if d is under its reach, which is at most `reach` and the slope's share of the
         // way from the nearest point to it.
         let widest = (reach + SLOPE * (nearest.distance_squared.sqrt() + slack)) / (1.0 - SLOPE);

@@ -7,7 +7,8 @@ use super::local_planes::LocalPlanes;
 use super::moving_spheres::MovingSpheres;
 use super::neighbours::Neighbours;
 use super::orientation::{Cancelled, orient};
-use super::winding_field::{OrientedCloud, WindingFieldOptions, oriented_cloud};
+use super::oriented_cloud::OrientedCloud;
+use super::winding_field::WindingFieldOptions;
 
 /// Radius of the regularisation of the winding number that gives the base mesh, in spacings and standard deviations of
 /// the noise, which add up: noise must not make handles.
@@ -53,7 +54,7 @@ pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<U
     let cloud = cloud.with_normals(found.normals);
     let (spacing, noise) = (planes.spacing(), planes.noise());
     let smoothing = SMOOTHING[0] + SMOOTHING[1] * noise / spacing.max(f64::MIN_POSITIVE);
-    let scaffold = oriented_cloud(&cloud, &WindingFieldOptions { smoothing });
+    let scaffold = OrientedCloud::new(&cloud, &WindingFieldOptions { smoothing });
     let surface = MovingSpheres::new(&cloud, &planes, neighbours);
     Ok(UnorientedCloud { surface, scaffold, cloud, outliers, noise, spacing, agreement: found.agreement })
 }

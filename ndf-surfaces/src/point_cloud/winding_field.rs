@@ -1,11 +1,10 @@
-//! The winding number of a cloud as a scalar field, and its level ½ as a surface.
+//! The winding number of a cloud as a scalar field.
 
 use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
 
 use super::areas::areas;
 use super::cleaning::PointCloud;
 use super::local_planes::median;
-use crate::level_set::{LevelSearch, LevelSetSurface};
 use crate::winding_number::PointWindingNumber;
 
 /// How to make a field of a cloud.
@@ -37,9 +36,6 @@ pub struct WindingField {
     spacing: f64,
     turned: bool,
 }
-
-/// The surface of a cloud with normals.
-pub type OrientedCloud = LevelSetSurface<WindingField>;
 
 impl WindingField {
     /// Prepares a cloud: [areas], then the hierarchy. Where the volume that points and normals enclose is negative, the
@@ -117,77 +113,5 @@ impl ScalarField for WindingField {
     /// A thousandth of the spacing: the field changes over a spacing, whatever the size of the cloud.
     fn difference_step(&self) -> f64 {
         1e-3 * self.spacing
-    }
-}
-
-/// The level ½ of the winding number of a cloud with normals. The level is searched in steps of the points' spacing, to
-/// a tolerance of a thousandth of it.
-///
-/// # Panics
-/// If the cloud has no normals.
-pub fn oriented_cloud(cloud: &PointCloud, options: &WindingFieldOptions) -> OrientedCloud {
-    let field = WindingField::new(cloud, options);
-    let usual = LevelSearch::within(&field.bounds);
-    let search =
-        LevelSearch { step: (1.5 * field.spacing).min(usual.step), tolerance: 1e-3 * field.spacing, ..usual };
-    LevelSetSurface::new(field).with_search(search)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::cleaning::RawCloud;
-    use super::*;
-    use ndf_core::mesh::shapes;
-    use ndf_core::projection::projected;
-    use ndf_core::sampling::AreaSampler;
-    use ndf_core::{Query, Surface, TriangleMesh, TriangleTree};
-    use std::sync::LazyLock;
-
-    fn cloud(mesh: &TriangleMesh, count: usize, sign: f64) -> PointCloud {
-        let samples = AreaSampler::new(mesh).unwrap().sample(count, 9, 0);
-        let positions = samples.iter().map(|s| s.position(mesh)).collect();
-        let normals = samples.iter().map(|s| sign * mesh.face_normal(s.face)).collect();
-        PointCloud::cleaned(RawCloud { positions, normals: Some(normals) }).unwrap().0
-    }
-
-    fn knot() -> TriangleMesh {
-        shapes::trefoil_knot(300, 30, 0.24)
-    }
-
-    static KNOT: LazyLock<OrientedCloud> =
-        LazyLock::new(|| oriented_cloud(&cloud(&knot(), 8000, 1.0), &WindingFieldOptions::default()));
-
-    ndf_core::surface_conformance!(oriented_cloud_of_a_knot, *KNOT);
-
-    #[test]
-    fn feet_are_near_the_true_surface() {
-        let tree = TriangleTree::new(&knot());
-        let queries: Vec<Query> =
-            ndf_core::conformance::near_queries(&*KNOT).into_iter().filter(|q| q.normal.is_some()).collect();
-        let feet = projected(&*KNOT, &queries);
-        let distances: Vec<f64> = feet
-            .iter()
-            .flatten()
-            .map(|f| tree.closest_point(f.point, ndf_core::Hint::NONE).unwrap().distance_squared.sqrt())
-            .collect();
-        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
-        assert!(mean < 0.1 * KNOT.field().spacing(), "{mean} of {}", KNOT.field().spacing());
-    }
-
-    #[test]
-    fn inward_normals_are_turned() {
-        let inward = oriented_cloud(&cloud(&knot(), 3000, -1.0), &WindingFieldOptions::default());
-        assert!(inward.field().is_turned() && !KNOT.field().is_turned());
-        let mut w = [0.0];
-        // The middle of the rope where it crosses the x axis in the middle of its course.
-        inward.field().values(&[shapes_center()], &mut w);
-        assert!(w[0] > 0.5, "{}", w[0]);
-        assert!(inward.bounds().diagonal() > 0.0);
-    }
-
-    /// A point inside the knot: the centroid of a ring of its vertices.
-    fn shapes_center() -> DVec3 {
-        let mesh = knot();
-        mesh.positions()[..30].iter().sum::<DVec3>() / 30.0
     }
 }

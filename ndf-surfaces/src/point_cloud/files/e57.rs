@@ -17,7 +17,7 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 /// Reads all scans of a file, each moved by its pose. Normals are read if all scans have them (the extension
 /// `nor:normalX`, `normalY`, `normalZ`). Points the file marks as invalid become NaN.
 pub(super) fn read(bytes: &[u8]) -> Parsed {
-    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(|e| sentence(&e))?;
+    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let scans = reader.pointclouds();
     if scans.is_empty() {
         return Err("it holds no scan".to_owned());
@@ -30,9 +30,9 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         if scan.records > bytes.len() as u64 {
             return Err(format!("it announces {} points in {} bytes", scan.records, bytes.len()));
         }
-        let points = reader.pointcloud_simple(scan).map_err(|e| sentence(&e))?;
+        let points = reader.pointcloud_simple(scan).map_err(|e| e.to_string())?;
         for point in points {
-            cloud.positions.push(match point.map_err(|e| sentence(&e))?.cartesian {
+            cloud.positions.push(match point.map_err(|e| e.to_string())?.cartesian {
                 CartesianCoordinate::Valid { x, y, z } => DVec3::new(x, y, z),
                 _ => DVec3::NAN,
             });
@@ -40,10 +40,10 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         match normal_records(scan) {
             Some(records) => {
                 let turn = rotation(scan);
-                for values in reader.pointcloud_raw(scan).map_err(|e| sentence(&e))? {
-                    let values = values.map_err(|e| sentence(&e))?;
+                for values in reader.pointcloud_raw(scan).map_err(|e| e.to_string())? {
+                    let values = values.map_err(|e| e.to_string())?;
                     let component = |record: usize| {
-                        values[record].to_f64(&scan.prototype[record].data_type).map_err(|e| sentence(&e))
+                        values[record].to_f64(&scan.prototype[record].data_type).map_err(|e| e.to_string())
                     };
                     let [x, y, z] = records;
                     normals.push(turn * DVec3::new(component(x)?, component(y)?, component(z)?));
@@ -71,12 +71,4 @@ fn rotation(scan: &PointCloud) -> DQuat {
         DQuat::from_xyzw(t.rotation.x, t.rotation.y, t.rotation.z, t.rotation.w)
     });
     if pose.length_squared() > 0.0 { pose.normalize() } else { DQuat::IDENTITY }
-}
-
-/// The error and what it came from, on one line.
-fn sentence(error: &dyn std::error::Error) -> String {
-    match error.source() {
-        Some(source) => format!("{error}: {source}"),
-        None => error.to_string(),
-    }
 }

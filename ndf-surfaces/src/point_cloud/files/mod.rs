@@ -15,7 +15,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use ndf_core::DVec3;
-use ndf_core::io::{self, VertexScalars, ply_elements};
+use ndf_core::io::{self, MeshFormat, VertexScalars};
 
 use super::cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
 
@@ -30,19 +30,19 @@ pub enum CloudFormat {
     E57,
     /// LAS of the ASPRS, and LAZ, the same compressed.
     Las,
-    /// The vertices of a mesh file: PLY, OBJ, STL or OFF.
-    Vertices,
+    /// The vertices of a mesh file.
+    Vertices(MeshFormat),
 }
 
 impl fmt::Display for CloudFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Text => "XYZ",
-            Self::Pcd => "PCD",
-            Self::E57 => "E57",
-            Self::Las => "LAS",
-            Self::Vertices => "mesh",
-        })
+        match self {
+            Self::Text => f.write_str("XYZ"),
+            Self::Pcd => f.write_str("PCD"),
+            Self::E57 => f.write_str("E57"),
+            Self::Las => f.write_str("LAS"),
+            Self::Vertices(format) => format.fmt(f),
+        }
     }
 }
 
@@ -129,7 +129,7 @@ pub fn parse_cloud(bytes: &[u8], path: &Path) -> Result<CloudFile, ReadError> {
         CloudFormat::Pcd => pcd::read(bytes),
         CloudFormat::E57 => e57::read(bytes),
         CloudFormat::Las => las::read(bytes),
-        CloudFormat::Vertices => Ok(vertices(io::parse_mesh(bytes, path)?)),
+        CloudFormat::Vertices(_) => Ok(vertices(io::parse_mesh(bytes, path)?)),
     };
     let raw = parsed.map_err(|defect| ReadError::Malformed { path: owned(), format, defect })?;
     let (cloud, report) =
@@ -146,8 +146,8 @@ pub fn sniff(bytes: &[u8]) -> Option<CloudFormat> {
         Some(CloudFormat::Las)
     } else if pcd::recognises(bytes) {
         Some(CloudFormat::Pcd)
-    } else if ply_elements(bytes).is_some() || io::sniff(bytes).is_some() {
-        Some(CloudFormat::Vertices)
+    } else if let Some(format) = io::sniff(bytes) {
+        Some(CloudFormat::Vertices(format))
     } else if text::recognises(bytes) {
         Some(CloudFormat::Text)
     } else {

@@ -145,7 +145,7 @@ impl Header {
         match points.checked_mul(record.max(1)) {
             Some(needed) if needed <= available => Ok(()),
             _ => Err(format!(
-                "it announces {points} points of {record} bytes, but {available} bytes follow the header; the file is \
+                "it announces {points} points of at least {record} bytes, but {available} bytes follow the header; the file is \
                  cut off or its header wrong"
             )),
         }

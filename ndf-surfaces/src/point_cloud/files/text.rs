@@ -79,8 +79,10 @@ fn normal_column(columns: usize, rows: usize, vector: impl Fn(usize, usize) -> D
     };
     let is_colour = |first: usize| {
         let like_bytes =
-            |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.fract() == DVec3::ZERO && v.max_element() <= 255.0;
-        (0..rows).all(|i| like_bytes(vector(i, first)))
+            |v: DVec3| v.min_element() >= 0.0 && v.max_element() <= 255.0 && v.fract() == DVec3::ZERO;
+        let all = || (0..rows).map(|i| vector(i, first));
+        // Normals along the axes are whole numbers as well, but none above 1.
+        all().all(like_bytes) && all().any(|v| v.max_element() > 1.0)
     };
     candidates.iter().copied().find(|&first| !is_colour(first))
 }
