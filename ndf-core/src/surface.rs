@@ -135,6 +135,12 @@ pub trait ScalarField: Send + Sync {
         }
     }
 
+    /// Values and gradients at once, for fields where one comes cheap with the other.
+    fn values_and_gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+        self.values(points, values);
+        self.gradients(points, gradients);
+    }
+
     /// A finite box that contains the isosurface.
     fn bounds(&self) -> BoundingBox;
 
@@ -155,3 +161,37 @@ pub trait ScalarField: Send + Sync {
         1e-5 * self.bounds().diagonal()
     }
 }
+
+/// Fields behind pointers are fields: what is generic over a field also takes `&dyn ScalarField` and boxes.
+macro_rules! forward_field {
+    ($($pointer:ty),*) => {$(
+        impl<F: ScalarField + ?Sized> ScalarField for $pointer {
+            fn values(&self, points: &[DVec3], values: &mut [f64]) {
+                (**self).values(points, values);
+            }
+            fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]) {
+                (**self).gradients(points, gradients);
+            }
+            fn values_and_gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+                (**self).values_and_gradients(points, values, gradients);
+            }
+            fn bounds(&self) -> BoundingBox {
+                (**self).bounds()
+            }
+            fn level(&self) -> f64 {
+                (**self).level()
+            }
+            fn inside(&self) -> Inside {
+                (**self).inside()
+            }
+            fn lipschitz(&self) -> Option<f64> {
+                (**self).lipschitz()
+            }
+            fn difference_step(&self) -> f64 {
+                (**self).difference_step()
+            }
+        }
+    )*};
+}
+
+forward_field!(&F, Box<F>);

@@ -1,8 +1,19 @@
 //! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
 
+pub mod level_set;
+pub mod levels;
 pub mod mesh_surface;
+pub mod narrow_band;
+pub mod networks;
+pub mod point_cloud;
 pub mod pseudonormals;
+pub mod splats;
+pub mod tensors;
+#[cfg(test)]
+mod test_data;
 pub mod winding_number;
 
+pub use level_set::{LevelSearch, LevelSetSurface};
 pub use mesh_surface::{EmptyMesh, MeshSurface};
-pub use winding_number::WindingNumber;
+pub use narrow_band::{BandOptions, NarrowBand};
+pub use winding_number::{PointWindingNumber, WindingNumber};

@@ -166,7 +166,7 @@ fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
     let similarity = &trainer.similarity;
     let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
     let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
-    for (foot, mapped) in projected(trainer.surface, &queries).iter().zip(&mapped) {
+    for (foot, mapped) in projected(trainer.truth(), &queries).iter().zip(&mapped) {
         if let Ok(foot) = foot {
             let distance = similarity.to_normalised(foot.point).distance(mapped.point);
             squares += distance * distance;

@@ -73,6 +73,8 @@ pub struct EpochLosses {
 /// The state of a training run.
 pub struct Trainer<'a> {
     pub(crate) surface: &'a dyn Surface,
+    /// What `surface` approximates, and for how many epochs at the end it takes its place.
+    finish: Option<(&'a dyn Surface, usize)>,
     pub(crate) settings: Settings,
     pub(crate) similarity: Similarity,
     pub(crate) sampler: AreaSampler,
@@ -167,6 +169,7 @@ impl<'a> Trainer<'a> {
         };
         let mut trainer = Self {
             surface,
+            finish: None,
             similarity,
             positions: sample_encoding::single(base.positions()),
             frames: (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect(),
@@ -212,6 +215,26 @@ impl<'a> Trainer<'a> {
         let weight = 0.1 * self.settings.lambda_p;
         self.anchors = Some(Anchors::new(&self.start, &normalised, weight, &self.packed));
         self
+    }
+
+    /// Takes the surface of the trainer for an approximation of `truth` that is cheaper to project onto: the last
+    /// `epochs` and the measurement at the end project onto the truth itself.
+    #[must_use]
+    pub fn finished_on(self, truth: &'a dyn Surface, epochs: usize) -> Self {
+        Self { finish: Some((truth, epochs)), ..self }
+    }
+
+    /// The surface itself, where training was begun on an approximation.
+    pub(crate) fn truth(&self) -> &'a dyn Surface {
+        self.finish.map_or(self.surface, |(truth, _)| truth)
+    }
+
+    /// The surface of this epoch.
+    fn surface_now(&self) -> &'a dyn Surface {
+        match self.finish {
+            Some((truth, epochs)) if self.state.epoch + epochs >= self.epochs() => truth,
+            _ => self.surface,
+        }
     }
 
     /// Room for gradients, as the objective asks for it.
@@ -309,7 +332,7 @@ impl<'a> Trainer<'a> {
         if let Some(tree) = &self.base_tree {
             self.batch.find_origins(base, tree, &images);
         }
-        self.batch.project(self.surface, &self.similarity, images.into_iter().zip(guides));
+        self.batch.project(self.surface_now(), &self.similarity, images.into_iter().zip(guides));
         self.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
         if share < 1.0 { Err(TrainError::OutOfReach { share }) } else { Ok(()) }

@@ -3,7 +3,7 @@
 use ndf_core::mesh::shapes;
 use ndf_core::progress::{NoProgress, Progress};
 use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
-use ndf_train::{Settings, TrainError, fit};
+use ndf_train::{Hooks, Settings, TrainError, Trainer, fit, train};
 
 /// A sphere of radius 2 around (5, 0, 0).
 struct Sphere;
@@ -116,4 +116,33 @@ fn unusable_settings_and_hopeless_surfaces_are_refused() {
     }
     let error = fit(&Nothing, &base(), &quick(), &NoProgress).unwrap_err();
     assert!(matches!(error, TrainError::OutOfReach { .. }));
+}
+
+/// The sphere, 2 % too small.
+struct Rough;
+
+impl Surface for Rough {
+    fn bounds(&self) -> BoundingBox {
+        Sphere.bounds()
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+        Sphere.project(queries, feet);
+        for foot in feet.iter_mut().flatten() {
+            foot.point = CENTER + 0.98 * (foot.point - CENTER);
+        }
+    }
+}
+
+#[test]
+fn the_last_epochs_and_the_measurement_see_the_truth() {
+    let run = |epochs: usize| {
+        let mut trainer = Trainer::new(&Rough, &base(), &quick()).unwrap().finished_on(&Sphere, epochs);
+        let mut hooks = Hooks { progress: &NoProgress, log: None };
+        train(&mut trainer, &mut hooks).unwrap().0.report.projection_rms
+    };
+    // In the box of side 3 the radius is about 1.5.
+    let (never, last_third) = (run(0), run(500));
+    assert!((never - 0.02 * 1.5).abs() < 0.005, "{never}");
+    assert!(last_third < 0.3 * never, "{last_third} against {never}");
 }

@@ -18,6 +18,7 @@ use super::fit::{Fitted, Job, Training, fit_file};
 use super::sample::Shape;
 use super::spectrum;
 use crate::context::Context;
+use crate::input::Reading;
 use crate::interrupt;
 use crate::output::{Failure, Outcome, grouped, table};
 use crate::render::{ColourMap, Style};
@@ -28,6 +29,9 @@ const EDGE_LENGTH: f64 = 0.02;
 
 /// Faces of the base mesh.
 const BASE_FACES: u32 = 4000;
+
+/// Cells along the longest side of the isosurface that stands for an input that is no mesh.
+const REFERENCE_GRID: u32 = 192;
 
 /// Eigenfunctions computed.
 const DEMO_MODES: usize = 20;
@@ -40,6 +44,8 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(short, long, value_name = "DIR", default_value = "ndf-demo")]
     output: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
     #[command(flatten)]
     training: Training,
 }
@@ -60,8 +66,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let settings = arguments.training.settings(context.seed());
-    let (fitted, _) = fit_file(&Job::new(&input, BASE_FACES, settings), context)?;
+    let job = Job::new(&input, &arguments.reading, BASE_FACES, arguments.training);
+    let (fitted, _) = fit_file(&job, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));
     }
@@ -141,10 +147,7 @@ struct Stage {
 
 impl Stage {
     fn compared(fitted: &Fitted, surface: &ManifoldMesh, context: &Context) -> Result<Self, Failure> {
-        let reference = match &fitted.input.manifold {
-            Ok(mesh) => mesh.as_triangle_mesh().clone(),
-            Err(_) => fitted.input.file.mesh.clone(),
-        };
+        let reference = fitted.input.reference(REFERENCE_GRID, &context.progress())?;
         let options = MeasureOptions { seed: context.seed(), ..MeasureOptions::default() };
         let tree = TriangleTree::new(&reference);
         let error = |mesh: &ManifoldMesh| VertexScalars {

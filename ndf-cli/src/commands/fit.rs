@@ -3,20 +3,23 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use ndf_core::io::atomic_write;
-use ndf_core::{DVec3, ManifoldMesh, Model};
+use ndf_core::{DVec3, ManifoldMesh, Model, Similarity, Surface};
 use ndf_meshing::BaseMeshOptions;
 use ndf_train::{Checkpoint, Fit, FitReport, Hooks, LogRecord, Schedule, Settings, Trainer, train};
 use serde_json::{Value, json};
 
 use super::read_faces;
 use crate::context::Context;
-use crate::input::MeshInput;
+use crate::input::{self, BandFigures, Base, Input, Kind, Reading};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+
+/// Epochs at the end that project onto the true surface where training has a cached copy of it.
+const TRUE_EPOCHS: usize = 100;
 
 /// The share of the learned surface from which being turned against the input is worth a warning.
 const NOTABLY_FLIPPED: f64 = 0.01;
@@ -29,9 +32,8 @@ pub struct Arguments {
     /// The model to write.
     #[arg(short, long, value_name = "MODEL.ndf")]
     output: PathBuf,
-    /// What the input is, where its content should not decide.
-    #[arg(long = "as", value_name = "KIND")]
-    kind: Option<Kind>,
+    #[command(flatten)]
+    reading: Reading,
     /// A base mesh to use instead of one that is made.
     #[arg(long, value_name = "FILE", conflicts_with = "base_faces")]
     base: Option<PathBuf>,
@@ -76,7 +78,7 @@ pub struct Training {
     /// Weight of the projection loss [default: 1e4].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_p: Option<f32>,
-    /// Weight of the cycle loss [default: 1e2].
+    /// Weight of the cycle loss [default: 1e2 to 1e5, as the kind of input needs].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_c: Option<f32>,
     /// Weight of the Dirichlet energy [default: 0].
@@ -103,21 +105,14 @@ enum Preset {
     Paper,
 }
 
-/// Kinds of input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// A triangle mesh of any quality, treated as a signed distance field.
-    Mesh,
-}
-
 impl Training {
-    /// Settings with what was given.
-    pub fn settings(&self, seed: u64) -> Settings {
+    /// Settings for a kind of input, with what was given.
+    pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let preset = match self.preset {
             Preset::Default => Settings::default(),
             Preset::Paper => Settings::paper(),
         };
-        let mut settings = Settings { seed, time_limit: self.time_limit, ..preset };
+        let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
         if let Some(features) = self.features {
             settings.field.features = features as usize;
         }
@@ -149,9 +144,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
     let job = Job {
         input: &arguments.input,
+        reading: &arguments.reading,
         base: arguments.base.as_deref(),
         base_faces: arguments.base_faces,
-        settings: arguments.training.settings(context.seed()),
+        training: arguments.training,
         anchors: arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default(),
         resume: arguments.resume.as_deref(),
         log: arguments.log.as_deref(),
@@ -181,12 +177,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 pub struct Job<'a> {
     /// The file with the surface.
     pub input: &'a Path,
+    /// How the file is to be understood.
+    pub reading: &'a Reading,
     /// A base mesh, if one is brought.
     pub base: Option<&'a Path>,
     /// Faces of the base mesh, if one is made.
     pub base_faces: u32,
     /// How to train.
-    pub settings: Settings,
+    pub training: Training,
     /// Points of the base mesh and where their images should be.
     pub anchors: Vec<(DVec3, DVec3)>,
     /// A checkpoint to go on from; then base mesh and settings are those of the checkpoint.
@@ -197,8 +195,17 @@ pub struct Job<'a> {
 
 impl<'a> Job<'a> {
     /// The job of learning `input` with these settings.
-    pub fn new(input: &'a Path, base_faces: u32, settings: Settings) -> Self {
-        Self { input, base: None, base_faces, settings, anchors: Vec::new(), resume: None, log: None }
+    pub fn new(input: &'a Path, reading: &'a Reading, base_faces: u32, training: Training) -> Self {
+        Self {
+            input,
+            reading,
+            base: None,
+            base_faces,
+            training,
+            anchors: Vec::new(),
+            resume: None,
+            log: None,
+        }
     }
 }
 
@@ -208,8 +215,16 @@ pub struct Fitted {
     pub model: Model,
     /// The base mesh in the input's units.
     pub base: ManifoldMesh,
+    /// How that came about.
+    pub base_report: Value,
+    /// The same in words.
+    pub base_remark: Option<String>,
+    /// Seconds in which the input was read and prepared.
+    pub seconds_reading: f64,
     /// What was learned from.
-    pub input: MeshInput,
+    pub input: Input,
+    /// How far the cached copy of the input's field was right, where there was one.
+    pub band: Option<BandFigures>,
     /// Figures of the training.
     pub report: FitReport,
 }
@@ -221,26 +236,36 @@ pub struct Fitted {
 pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint), Failure> {
     let name = job.input.display();
     let progress = context.progress().cancelled_by(interrupt::flag());
-    let source = MeshInput::read(job.input, context)?;
+    let started = Instant::now();
+    let source = input::open(job.input, job.reading, context)?;
+    let seconds_reading = started.elapsed().as_secs_f64();
+    let (mut base_report, mut base_remark) = (Value::Null, None);
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
-    let mut trainer = match job.resume {
-        Some(path) => {
-            let checkpoint =
-                Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-            Trainer::resumed(source.surface(), checkpoint).map_err(|e| say(&e))?
-        }
-        None => {
-            let base = match job.base {
-                Some(path) => read_base(path, context)?,
-                None => {
-                    let options =
-                        BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
-                    source.base_mesh(job.input, &options, context, &progress)?.mesh
-                }
-            };
-            Trainer::new(source.surface(), &base, &job.settings).map_err(|e| say(&e))?
+    let checkpoint = job
+        .resume
+        .map(|path| Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display()))));
+    let checkpoint = checkpoint.transpose()?;
+    let base = match (&checkpoint, job.base) {
+        (Some(checkpoint), _) => base_in_world(checkpoint.model()),
+        (None, Some(path)) => read_base(path, context)?,
+        (None, None) => {
+            let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
+            let Base { mesh, report, remark } =
+                source.base_mesh(&name.to_string(), &options, context, &progress)?;
+            (base_report, base_remark) = (report, remark);
+            mesh
         }
     };
+    let band = source.band(&name.to_string(), &as_stored(&base), &progress)?;
+    let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
+    let mut trainer = match checkpoint {
+        Some(checkpoint) => Trainer::resumed(surface, checkpoint),
+        None => Trainer::new(surface, &base, &job.training.settings(source.kind, context.seed())),
+    }
+    .map_err(|e| say(&e))?;
+    if band.is_some() {
+        trainer = trainer.finished_on(&*source.surface, TRUE_EPOCHS);
+    }
     if !job.anchors.is_empty() {
         trainer = trainer.with_anchors(&job.anchors);
     }
@@ -257,6 +282,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let (Fit { field, similarity, report }, checkpoint) =
         train(&mut trainer, &mut hooks).map_err(|e| say(&e))?;
     drop((trainer, progress));
+    let band = band.map(|band| band.figures);
     if let Some(log) = log {
         log.finish()?;
     }
@@ -279,9 +305,25 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         context.warn(&format!("{share:.1} % of the learned surface finds no foot on the input"));
     }
     let provenance = provenance(job.input, settings, &report).to_string();
-    let world = field.base().positions().iter().map(|&p| similarity.to_world(p)).collect();
-    let base = field.base().with_positions(world);
-    Ok((Fitted { model: Model { field, similarity, provenance }, base, input: source, report }, checkpoint))
+    let model = Model { field, similarity, provenance };
+    let base = base_in_world(&model);
+    let fitted =
+        Fitted { model, base, base_report, base_remark, input: source, band, seconds_reading, report };
+    Ok((fitted, checkpoint))
+}
+
+/// The base mesh of a model in the units of its input.
+fn base_in_world(model: &Model) -> ManifoldMesh {
+    let base = model.field.base();
+    base.with_positions(base.positions().iter().map(|&p| model.similarity.to_world(p)).collect())
+}
+
+/// A base mesh as a checkpoint gives it back, in single precision: what is made from it is then the same in a run that
+/// is resumed.
+fn as_stored(base: &ManifoldMesh) -> ManifoldMesh {
+    let similarity = Similarity::to_box(&base.bounds());
+    let stored = |&p: &DVec3| similarity.to_world(similarity.to_normalised(p).as_vec3().as_dvec3());
+    base.with_positions(base.positions().iter().map(stored).collect())
 }
 
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
@@ -383,6 +425,12 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
     let report = &fitted.report;
     let json = json!({
         "output": path,
+        "kind": fitted.input.kind.name(),
+        "base": fitted.base_report,
+        "level": fitted.input.level.map(|level| level.value),
+        "level_rule": fitted.input.level.map(|level| level.rule),
+        "cache": fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity)),
+        "seconds_reading": fitted.seconds_reading,
         "seconds": report.seconds,
         "seconds_projecting": report.seconds_projecting,
         "epochs": report.epochs,
@@ -397,15 +445,22 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
         "model_bytes": bytes,
     });
     let world = |x: f64| readable(fitted.model.similarity.length_to_world(x));
-    let rows = [
-        (
-            "base mesh",
-            format!(
-                "{} faces, {} vertices",
-                grouped(fitted.base.face_count()),
-                grouped(fitted.base.vertex_count())
-            ),
-        ),
+    let counts = format!(
+        "{} faces, {} vertices",
+        grouped(fitted.base.face_count()),
+        grouped(fitted.base.vertex_count())
+    );
+    let base = match &fitted.base_remark {
+        Some(remark) => format!("{counts}; {remark}"),
+        None => counts,
+    };
+    let mut rows = vec![("input", fitted.input.kind.to_string())];
+    if let Some(level) = fitted.input.level {
+        rows.push(("level", format!("{}, {}", readable(level.value), level.rule)));
+    }
+    rows.push(("base mesh", base));
+    rows.extend(fitted.band.as_ref().map(|band| ("cached field", band.sentence())));
+    rows.extend([
         (
             "distance to the input",
             format!("{} rms, {} at most", world(report.projection_rms), world(report.projection_max)),
@@ -420,7 +475,7 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
                 report.seconds_projecting
             ),
         ),
-    ];
+    ]);
     Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(bytes), table(&rows)))
 }
 

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf_core::io::{MeshFile, parse_mesh};
+use ndf_core::io::MeshFile;
 use ndf_core::{Model, ValidationReport};
 use serde_json::json;
 
 use crate::context::Context;
+use crate::input::{self, Content, Kind, Reading};
 use crate::output::{Failure, Outcome, grouped, readable, table};
 
 /// Arguments of `ndf info`.
@@ -15,6 +16,8 @@ use crate::output::{Failure, Outcome, grouped, readable, table};
 pub struct Arguments {
     /// The file to examine.
     file: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Examines a file.
@@ -22,36 +25,18 @@ pub struct Arguments {
 /// # Errors
 /// If it cannot be read.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let name = arguments.file.display().to_string();
-    let bytes =
-        std::fs::read(&arguments.file).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
-    if Model::is_model(&bytes) {
-        let model =
-            Model::from_bytes(&bytes).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    let content = Content::read(&arguments.file)?;
+    let name = content.name();
+    if Model::is_model(&content.bytes) {
+        let model = Model::from_bytes(&content.bytes)
+            .map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
         return Ok(describe_model(&name, &model));
     }
-    let file = parse_mesh(&bytes, &arguments.file)?;
-    file.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
-    Ok(describe_mesh(&name, &file))
+    input::describe(&content, &arguments.reading, context)
 }
 
-/// The kind of input a mesh file holds, in the words of `--as`.
-pub fn kind_of(file: &MeshFile) -> &'static str {
-    let has = |names: &[&str]| names.iter().all(|name| file.scalars.iter().any(|s| s.name == *name));
-    if file.mesh.face_count() > 0 {
-        "mesh"
-    } else if has(&["opacity", "scale_0", "rot_0", "f_dc_0"]) {
-        "splats"
-    } else if has(&["nx", "ny", "nz"]) {
-        "oriented-cloud"
-    } else if file.mesh.vertex_count() > 0 {
-        "cloud"
-    } else {
-        "mesh"
-    }
-}
-
-fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
+/// What is to be said of a mesh.
+pub fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
     let mesh = &file.mesh;
     let report = ValidationReport::of(mesh);
     let bounds = mesh.bounds();
@@ -60,7 +45,7 @@ fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
         (!bounds.is_empty()).then(|| json!({"min": bounds.min.to_array(), "max": bounds.max.to_array()}));
     let volume = (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume());
     let json = json!({
-        "kind": kind_of(file),
+        "kind": Kind::Mesh.name(),
         "format": file.format.to_string(),
         "vertices": report.vertices,
         "faces": report.faces,
@@ -104,7 +89,7 @@ fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
     if !scalars.is_empty() {
         rows.push(("scalars", scalars.join(", ")));
     }
-    let mut text = format!("{name}: {} ({})\n{}", kind_of(file), file.format, table(&rows));
+    let mut text = format!("{name}: {} ({})\n{}", Kind::Mesh.name(), file.format, table(&rows));
     for defect in defects(&report, volume) {
         text += &format!("  ! {defect}\n");
     }
@@ -175,10 +160,6 @@ fn topology(report: &ValidationReport) -> String {
 fn defects(report: &ValidationReport, volume: Option<f64>) -> Vec<String> {
     let mut all: Vec<String> =
         report.manifold_defects().split(", ").filter(|d| !d.is_empty()).map(str::to_owned).collect();
-    if report.faces == 0 && report.vertices > 0 {
-        // A point set needs none.
-        all.retain(|defect| !defect.contains("no face"));
-    }
     let mut note = |count: usize, one: &str, more: &str| match count {
         0 => {}
         1 => all.push(format!("1 {one}")),
@@ -225,13 +206,5 @@ mod tests {
         assert_eq!(o.json["nonmanifold_edges"], 1);
         assert_eq!(o.json["degenerate_faces"], 2);
         assert_eq!(o.json["kind"], "mesh");
-    }
-
-    #[test]
-    fn clouds_are_told_from_meshes() {
-        assert_eq!(outcome("v 0 0 0\nv 1 0 0\n").json["kind"], "cloud");
-        let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
-            property float nx\nproperty float ny\nproperty float nz\nend_header\n0 0 0 1 0 0\n";
-        assert_eq!(outcome(cloud).json["kind"], "oriented-cloud");
     }
 }

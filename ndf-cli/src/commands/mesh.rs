@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::extract::length;
 use crate::context::Context;
-use crate::input::MeshInput;
+use crate::input::{self, Reading};
 use crate::output::{Failure, Outcome, check_place, grouped};
 
 /// Arguments of `ndf mesh`.
@@ -22,6 +22,8 @@ pub struct Arguments {
     /// The mesh to write; the extension tells its format (.ply, .obj, .stl).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
     /// How.
     #[arg(long, value_enum, default_value_t)]
     method: Method,
@@ -53,9 +55,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.input.display();
-    let input = MeshInput::read(&arguments.input, context)?;
+    let input = input::open(&arguments.input, &arguments.reading, context)?;
     let started = Instant::now();
-    let field = input.surface().as_field().ok_or_else(|| {
+    let field = input.field_surface().and_then(ndf_core::Surface::as_field).ok_or_else(|| {
         let failure = Failure::new(format!("{name} encloses no volume, so that it has no isosurface"));
         failure.try_instead("close its holes, or fit it directly if it is a manifold")
     })?;

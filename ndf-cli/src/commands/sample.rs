@@ -1,12 +1,16 @@
 //! `ndf sample`: built-in shapes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use ndf_core::io::{VertexScalars, write_mesh};
+use ndf_core::glam::DQuat;
+use ndf_core::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_core::mesh::shapes;
 use ndf_core::sampling::AreaSampler;
 use ndf_core::{DVec3, TriangleMesh};
+use ndf_surfaces::networks::made;
+use ndf_surfaces::splats::{Splat, write_splats};
+use ndf_surfaces::tensors::to_safetensors;
 use serde_json::json;
 
 use crate::context::Context;
@@ -20,10 +24,10 @@ pub struct Arguments {
     /// The file to write; the extension of a mesh tells its format (.ply, .obj, .stl).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The shape.
+    /// The shape; networks are a sphere unless asked for a torus.
     #[arg(long, value_enum, default_value_t)]
     shape: Shape,
-    /// Points of a cloud.
+    /// Points of a cloud, or splats.
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     points: u32,
 }
@@ -37,6 +41,12 @@ pub enum Kind {
     OrientedCloud,
     /// Points (PLY).
     Cloud,
+    /// A network of the layout of NeuS (safetensors); a torus or a sphere.
+    Neus,
+    /// A radiance field of the layout of NeRF (safetensors); a torus or a sphere.
+    Nerf,
+    /// Gaussian splats (PLY).
+    Splats,
 }
 
 /// The built-in shapes.
@@ -71,26 +81,92 @@ impl Shape {
 /// Writes a shape.
 ///
 /// # Errors
-/// If the file cannot be written.
+/// If the shape cannot be had in that kind, or the file cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    match arguments.kind {
+        Kind::Neus | Kind::Nerf => return write_network(arguments),
+        Kind::Splats => return write_splat_file(arguments, context),
+        _ => {}
+    }
     let mesh = arguments.shape.mesh();
     let (mesh, normals) = match arguments.kind {
-        Kind::Mesh => (mesh, None),
         Kind::OrientedCloud | Kind::Cloud => {
+            ply_only(arguments, "a cloud")?;
             let (points, normals) = sampled(&mesh, arguments.points as usize, context.seed())?;
             (points, (arguments.kind == Kind::OrientedCloud).then_some(normals))
         }
+        _ => (mesh, None),
     };
-    let is_ply = arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-    if arguments.kind != Kind::Mesh && !is_ply {
-        let path = arguments.output.display();
-        return Err(Failure::new(format!("a cloud is written as PLY; end the name of {path} in .ply")));
-    }
     write_mesh(&arguments.output, &mesh, &normals.map_or(Vec::new(), |n| components(&n)))?;
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
     let path = arguments.output.display().to_string();
     let text = format!("{path}: {} vertices, {} faces\n", grouped(vertices), grouped(faces));
     Ok(Outcome::new(json!({"output": path, "vertices": vertices, "faces": faces}), text))
+}
+
+fn ply_only(arguments: &Arguments, what: &str) -> Result<(), Failure> {
+    let is_ply = arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+    let path = arguments.output.display();
+    if is_ply {
+        Ok(())
+    } else {
+        Err(Failure::new(format!("{what} is written as PLY; end the name of {path} in .ply")))
+    }
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    atomic_write(path, |out| out.write_all(bytes))
+        .map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
+}
+
+/// A torus or sphere as a network whose weights are known.
+fn write_network(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let torus = match arguments.shape {
+        Shape::Torus => made::Torus { ring: 0.6, tube: 0.25 },
+        // The default of the other kinds has no such network.
+        Shape::Sphere | Shape::Rope => made::Torus { ring: 0.0, tube: 0.7 },
+        Shape::Trefoil | Shape::Cube => {
+            let failure = Failure::new("no network is known for this shape");
+            return Err(failure.try_instead("--shape torus and --shape sphere have one"));
+        }
+    };
+    let tensors = if arguments.kind == Kind::Neus { torus.as_neus() } else { torus.as_nerf() };
+    let bytes = to_safetensors(&tensors).map_err(|e| Failure::new(e.to_string()))?;
+    write_file(&arguments.output, &bytes)?;
+    let parameters: usize = tensors.iter().map(|(_, tensor)| tensor.values().len()).sum();
+    let path = arguments.output.display().to_string();
+    let text = format!("{path}: {} parameters\n", grouped(parameters));
+    Ok(Outcome::new(json!({"output": path, "parameters": parameters}), text))
+}
+
+/// Flat splats spread evenly over a shape.
+fn write_splat_file(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    ply_only(arguments, "a cloud of splats")?;
+    let mesh = arguments.shape.mesh();
+    let (points, normals) = sampled(&mesh, arguments.points as usize, context.seed())?;
+    // Every splat covers its share of the area.
+    let radius = (mesh.area() / f64::from(arguments.points)).sqrt() as f32;
+    let splats: Vec<Splat> = points
+        .positions()
+        .iter()
+        .zip(&normals)
+        .map(|(p, &n)| {
+            let turn = DQuat::from_rotation_arc(DVec3::Z, n.normalize_or(DVec3::Z)).as_quat();
+            let rotation = [turn.w, turn.x, turn.y, turn.z];
+            Splat {
+                center: p.as_vec3().to_array(),
+                scales: [radius, radius, 0.1 * radius],
+                rotation,
+                opacity: 0.9,
+            }
+        })
+        .collect();
+    let mut bytes = Vec::new();
+    write_splats(&mut bytes, &splats).map_err(|e| Failure::new(e.to_string()))?;
+    write_file(&arguments.output, &bytes)?;
+    let path = arguments.output.display().to_string();
+    let text = format!("{path}: {} splats\n", grouped(splats.len()));
+    Ok(Outcome::new(json!({"output": path, "splats": splats.len()}), text))
 }
 
 /// Points spread evenly over a mesh, as a mesh without faces, and the normals of their faces.

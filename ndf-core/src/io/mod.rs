@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use crate::TriangleMesh;
 
 pub use atomic::atomic_write;
+pub use ply::{PlyElement, ply_elements};
 pub use write::{WriteError, format_to_write, write_mesh};
 
 /// The mesh file formats known here.

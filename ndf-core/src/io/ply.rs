@@ -23,6 +23,33 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
     bytes.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
 }
 
+/// An element that the header of a PLY file announces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlyElement {
+    /// Its name.
+    pub name: String,
+    /// The number of rows announced.
+    pub count: usize,
+    /// Names of its properties, in order.
+    pub properties: Vec<String>,
+}
+
+/// The elements in the header of a PLY file; `None` if the bytes are no PLY file or its header is malformed. The
+/// body is not looked at.
+pub fn ply_elements(bytes: &[u8]) -> Option<Vec<PlyElement>> {
+    if !recognises(bytes) {
+        return None;
+    }
+    let (header, _) = split_header(bytes).ok()?;
+    let reader = PlyReader::from_reader(header.as_bytes()).ok()?;
+    let element = |e: &ElementDef| PlyElement {
+        name: e.name.clone(),
+        count: e.count,
+        properties: e.properties.iter().map(|p| p.name.clone()).collect(),
+    };
+    Some(reader.header().elem_defs.iter().map(element).collect())
+}
+
 /// Reads a PLY file: `x`, `y`, `z` of the element `vertex`, its other scalar properties, the polygons of the
 /// element `face` and the strips of the element `tristrips`. Other elements are skipped.
 pub(super) fn read(bytes: &[u8]) -> Parsed {

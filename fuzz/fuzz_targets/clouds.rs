@@ -1,0 +1,13 @@
+//! All readers of point clouds; which one, the content decides.
+
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use ndf_surfaces::point_cloud::parse_cloud;
+
+fuzz_target!(|bytes: &[u8]| {
+    // Any answer will do but a panic, a hang or a large allocation.
+    let _ = parse_cloud(bytes, Path::new("cloud"));
+});

@@ -1,0 +1,139 @@
+//! A network as a scalar field.
+
+use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+
+use super::graph::Graph;
+use super::layouts::{LayoutError, Recognised, siren_of_flat_file};
+use crate::level_set::LevelSearch;
+use crate::levels::density_level;
+
+/// What a network's output means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A signed distance, or an occupancy seen as one: the surface is at 0.
+    Distance,
+    /// A density, before it is cut off at 0: large inside.
+    Density,
+}
+
+/// A scalar field that is a network.
+#[derive(Clone, Debug)]
+pub struct NeuralField {
+    graph: Graph,
+    layout: &'static str,
+    quantity: Quantity,
+    bounds: BoundingBox,
+    level: f64,
+    inside: Inside,
+}
+
+/// Points along the sides of the box that tell which sign is outside.
+const BORDER: usize = 12;
+
+/// Tolerance of feet, in diagonals: what single precision leaves of the values.
+const TOLERANCE: f64 = 1e-6;
+
+impl NeuralField {
+    pub(super) fn from_recognised(found: Recognised) -> Result<Self, LayoutError> {
+        let Recognised { graph, layout, quantity, bounds } = found;
+        if !graph.is_finite() {
+            return Err(LayoutError::NotFinite);
+        }
+        let field = Self { graph, layout, quantity, bounds, level: 0.0, inside: Inside::Above };
+        Ok(match quantity {
+            Quantity::Density => {
+                let level = density_level(&field);
+                Self { level, ..field }
+            }
+            Quantity::Distance => {
+                let inside = if field.is_mostly_positive_outside() { Inside::Below } else { Inside::Above };
+                Self { inside, ..field }
+            }
+        })
+    }
+
+    /// A network of one's own: its values, the box its surface is in, and the level.
+    pub fn new(graph: Graph, quantity: Quantity, bounds: BoundingBox, level: f64, inside: Inside) -> Self {
+        Self { graph, layout: "network", quantity, bounds, level, inside }
+    }
+
+    /// A SIREN as a file of bare numbers, weights and bias of each layer; `None` if it cannot be one.
+    pub fn from_flat_file(bytes: &[u8]) -> Option<Self> {
+        Self::from_recognised(siren_of_flat_file(bytes)?).ok()
+    }
+
+    /// The same field with another level.
+    #[must_use]
+    pub fn with_level(self, level: f64) -> Self {
+        Self { level, ..self }
+    }
+
+    /// The layout it was read from.
+    pub fn layout(&self) -> &'static str {
+        self.layout
+    }
+
+    /// What its values mean.
+    pub fn quantity(&self) -> Quantity {
+        self.quantity
+    }
+
+    /// Number of weights and biases.
+    pub fn parameters(&self) -> usize {
+        self.graph.parameters()
+    }
+
+    /// A search for its level that minds single precision.
+    pub fn search(&self) -> LevelSearch {
+        let usual = LevelSearch::within(&self.bounds);
+        LevelSearch { tolerance: TOLERANCE * self.bounds.diagonal(), ..usual }
+    }
+
+    /// Whether the values on the faces of the box are positive at most places: distances are, whether occupancies are
+    /// differs.
+    fn is_mostly_positive_outside(&self) -> bool {
+        let step = |i: usize| (i as f64 + 0.5) / BORDER as f64;
+        let points: Vec<DVec3> = (0..3 * 2 * BORDER * BORDER)
+            .map(|k| {
+                let (axis, side, i, j) = (k % 3, k / 3 % 2, k / 6 % BORDER, k / 6 / BORDER);
+                let mut t = DVec3::ZERO;
+                (t[axis], t[(axis + 1) % 3], t[(axis + 2) % 3]) = (side as f64, step(i), step(j));
+                self.bounds.min + t * self.bounds.extent()
+            })
+            .collect();
+        let mut values = vec![0.0; points.len()];
+        self.graph.evaluate(&points, &mut values, None);
+        2 * values.iter().filter(|&&v| v > 0.0).count() >= values.len()
+    }
+}
+
+impl ScalarField for NeuralField {
+    fn values(&self, points: &[DVec3], values: &mut [f64]) {
+        self.graph.evaluate(points, values, None);
+    }
+
+    fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]) {
+        self.values_and_gradients(points, &mut vec![0.0; points.len()], gradients);
+    }
+
+    fn values_and_gradients(&self, points: &[DVec3], values: &mut [f64], gradients: &mut [DVec3]) {
+        self.graph.evaluate(points, values, Some(gradients));
+    }
+
+    fn bounds(&self) -> BoundingBox {
+        self.bounds
+    }
+
+    fn level(&self) -> f64 {
+        self.level
+    }
+
+    fn inside(&self) -> Inside {
+        self.inside
+    }
+
+    /// Wide enough that single precision does not drown the difference.
+    fn difference_step(&self) -> f64 {
+        1e-3 * self.bounds.diagonal()
+    }
+}

@@ -1,0 +1,23 @@
+//! Neural fields: distances, occupancies and densities that are networks, from the checkpoints people have.
+//!
+//! [`NeuralField::from_tensors`] recognises the layout of a checkpoint by the names and shapes of its tensors and
+//! builds the network as a [`Graph`], which gives values and exact gradients of whole batches.
+
+mod activation;
+mod encoding;
+mod field;
+mod graph;
+mod hash_grid;
+mod layouts;
+pub mod made;
+mod snapshot;
+#[cfg(test)]
+mod tests;
+
+pub use activation::Activation;
+pub use encoding::Encoding;
+pub use field::{NeuralField, Quantity};
+pub use graph::{Dense, Graph, NodeId};
+pub use hash_grid::{HashGrid, HashGridShape};
+pub use layouts::{Latent, LayoutError};
+pub use snapshot::is_snapshot;

@@ -1,0 +1,74 @@
+//! LAS of the ASPRS and LAZ (Isenburg 2013), read by the crates `las` and `laz`.
+
+use std::io::Cursor;
+use std::panic::catch_unwind;
+
+use las::{PointDataBuilder, Reader};
+use ndf_core::DVec3;
+
+use super::super::cleaning::RawCloud;
+use super::Parsed;
+
+/// Points read at a time.
+const CHUNK: u64 = 1 << 14;
+
+/// Whether a file begins as LAS files do.
+pub(super) fn recognises(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"LASF")
+}
+
+/// Reads the points of a file; the format knows no normals.
+pub(super) fn read(bytes: &[u8]) -> Parsed {
+    let bytes = without_absurdities(bytes)?;
+    // The decoder of LAZ asserts what damaged files break.
+    catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err("its compressed data is damaged".to_owned()))
+}
+
+fn decode(bytes: Vec<u8>) -> Parsed {
+    let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let announced = reader.header().number_of_points();
+    let mut data = PointDataBuilder::new().for_header(reader.header()).build();
+    let mut positions = Vec::new();
+    while (positions.len() as u64) < announced {
+        let read = reader
+            .fill_points(CHUNK, &mut data)
+            .map_err(|e| format!("it ends within its {announced} points: {e}"))?;
+        if read == 0 {
+            return Err(format!("it ends after {} of {announced} points", positions.len()));
+        }
+        positions.extend(data.x().zip(data.y()).zip(data.z()).map(|((x, y), z)| DVec3::new(x, y, z)));
+    }
+    Ok(RawCloud { positions, normals: None })
+}
+
+/// A copy of a file in which nothing is left for which the crates would reserve more memory than the file is large:
+/// extended records, which are not needed, are taken out; a table of chunks that announces too many is refused.
+fn without_absurdities(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let cut = || "the header is cut off".to_owned();
+    let mut bytes = bytes.to_vec();
+    let &[major, minor] = bytes.get(24..26).ok_or_else(cut)? else { return Err(cut()) };
+    if (major, minor) >= (1, 4) {
+        // Place and number of the extended variable length records.
+        bytes.get_mut(235..247).ok_or_else(cut)?.fill(0);
+    }
+    let is_compressed = *bytes.get(104).ok_or_else(cut)? & 0x80 != 0;
+    if is_compressed {
+        let word = |at: u64, size: usize| -> Result<u64, String> {
+            let at = usize::try_from(at).map_err(|_| cut())?;
+            let found = at.checked_add(size).and_then(|end| bytes.get(at..end));
+            let found = found.ok_or("the table of its chunks is cut off")?;
+            Ok(found.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
+        };
+        let start = word(96, 4)?;
+        let mut table = word(start, 8)?;
+        // A writer that could not go back leaves the place of the table at the end.
+        if table as i64 <= start as i64 {
+            table = word(bytes.len() as u64 - 8, 8)?;
+        }
+        let chunks = word(table.checked_add(4).ok_or_else(cut)?, 4)?;
+        if chunks > bytes.len() as u64 {
+            return Err(format!("it announces {chunks} chunks in {} bytes", bytes.len()));
+        }
+    }
+    Ok(bytes)
+}

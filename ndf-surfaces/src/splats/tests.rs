@@ -1,0 +1,238 @@
+//! Splats of every format against one another and against what is known of them.
+
+use super::*;
+use crate::LevelSetSurface;
+use crate::test_data::data_file;
+use ndf_core::mesh::shapes;
+use ndf_core::{ScalarField, TriangleTree};
+
+fn real(name: &str) -> Option<(SplatFormat, Vec<Splat>)> {
+    let bytes = data_file(&format!("splat/{name}"))?;
+    Some(parse_splats(&bytes).unwrap_or_else(|e| panic!("{name}: {e}")))
+}
+
+/// Flat splats on an icosphere.
+fn ball() -> Vec<Splat> {
+    let mesh = shapes::icosphere(4);
+    mesh.positions()
+        .iter()
+        .map(|&p| {
+            let turn = ndf_core::glam::DQuat::from_rotation_arc(DVec3::Z, p.normalize());
+            Splat {
+                center: p.as_vec3().to_array(),
+                scales: [0.04, 0.04, 0.001],
+                rotation: [turn.w as f32, turn.x as f32, turn.y as f32, turn.z as f32],
+                opacity: 0.9,
+            }
+        })
+        .collect()
+}
+
+fn density() -> SplatDensity {
+    SplatDensity::new(&ball(), &DensityOptions::default()).unwrap()
+}
+
+ndf_core::surface_conformance!(ball_of_splats, LevelSetSurface::new(density()));
+
+#[test]
+fn one_gaussian_is_its_formula() {
+    let splat = Splat {
+        center: [1.0, 2.0, 3.0],
+        scales: [0.5, 0.3, 0.2],
+        rotation: [0.8, 0.6, 0.0, 0.0],
+        opacity: 0.7,
+    };
+    let options = DensityOptions { least_scale: 0.0, outliers: 0.0, ..DensityOptions::default() };
+    // Two far corners make the box; they are too faint there to matter.
+    let corner = |x: f32| Splat { center: [x, x, x], scales: [0.01; 3], ..splat };
+    let density = SplatDensity::new(&[splat, corner(-9.0), corner(9.0)], &options).unwrap();
+    let p = DVec3::new(1.2, 1.9, 3.1);
+    let mut value = [0.0];
+    density.values(&[p], &mut value);
+    let turn = ndf_core::glam::DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8);
+    let u = turn.inverse() * (p - DVec3::new(1.0, 2.0, 3.0)) / DVec3::new(0.5, 0.3, 0.2);
+    let expected = 0.7 * ((-0.5 * u.length_squared()).exp() - (-8.0_f64).exp());
+    assert!((value[0] - expected).abs() < 1e-6, "{} {expected}", value[0]);
+}
+
+#[test]
+fn splats_on_a_sphere_make_a_sphere() {
+    let density = density();
+    assert_eq!(density.report(), SplatReport { kept: 2562, ..SplatReport::default() });
+    let found = mean_radius(&density);
+    // On the slope of the sheet, within three of its standard deviations of 1/300 of the diagonal.
+    let sigma = density.bounds().diagonal() / 300.0;
+    assert!(found > 1.0 && found < 1.0 + 3.0 * sigma, "{found}, sigma {sigma}");
+}
+
+/// Mean radius at which rays from outside meet the level.
+fn mean_radius(density: &SplatDensity) -> f64 {
+    let directions = shapes::icosphere(2);
+    let radius = |&n: &DVec3| {
+        let (mut inner, mut outer) = (1.0, 1.2);
+        for _ in 0..40 {
+            let middle = 0.5 * (inner + outer);
+            let mut value = [0.0];
+            density.values(&[middle * n.normalize()], &mut value);
+            *(if value[0] > density.level() { &mut inner } else { &mut outer }) = middle;
+        }
+        inner
+    };
+    directions.positions().iter().map(radius).sum::<f64>() / directions.vertex_count() as f64
+}
+
+#[test]
+fn floaters_faint_and_unsound_splats_are_left_out() {
+    let mut splats = ball();
+    let one = splats[0];
+    splats.push(Splat { center: [500.0, 0.0, 0.0], ..one });
+    splats.push(Splat { scales: [3.0; 3], ..one });
+    splats.push(Splat { opacity: 0.01, ..one });
+    splats.push(Splat { center: [f32::NAN, 0.0, 0.0], ..one });
+    splats.push(Splat { rotation: [0.0; 4], ..one });
+    let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
+    assert_eq!(density.report(), SplatReport { kept: 2562, unsound: 2, faint: 1, floaters: 2 });
+    assert!(density.bounds().diagonal() < 4.5);
+    assert!(SplatDensity::new(&splats[2564..], &DensityOptions::default()).is_err());
+}
+
+#[test]
+fn written_splats_are_read_again() {
+    let mut bytes = Vec::new();
+    write_splats(&mut bytes, &ball()).unwrap();
+    let (format, splats) = parse_splats(&bytes).unwrap();
+    assert_eq!((format, splats.len()), (SplatFormat::InriaPly, 2562));
+    for (a, b) in ball().iter().zip(&splats) {
+        assert_eq!(a.center, b.center);
+        assert!((a.scales[2] - b.scales[2]).abs() < 1e-7 && (a.opacity - b.opacity).abs() < 1e-6);
+    }
+}
+
+/// The same chair in four formats: centres, scales, axes and opacities agree with the .splat it was made from.
+#[test]
+fn formats_agree_with_one_another() {
+    let Some((format, chair)) = real("chair_nerfsynth.splat") else { return };
+    assert_eq!((format, chair.len()), (SplatFormat::Antimatter, 111_650));
+    let tree = neighbours(&chair);
+    for (name, format, place) in [
+        ("chair_nerfsynth_conv.ply", SplatFormat::InriaPly, 1e-6),
+        ("chair_nerfsynth_conv.compressed.ply", SplatFormat::CompressedPly, 1e-3),
+        ("chair_nerfsynth_conv_v3.spz", SplatFormat::Spz, 5e-4),
+    ] {
+        let Some((found, splats)) = real(name) else { return };
+        assert_eq!((found, splats.len()), (format, chair.len()), "{name}");
+        let (mut close, mut alike, mut opaque, mut looked_at) = (0, 0, 0, 0);
+        for splat in splats.iter().step_by(97) {
+            let Some(i) = closest(&tree, splat) else { continue };
+            let twin = &chair[i];
+            looked_at += 1;
+            let distance = (0..3).map(|k| (splat.center[k] - twin.center[k]).powi(2)).sum::<f32>().sqrt();
+            close += usize::from(distance < place);
+            alike += usize::from(covariances_agree(splat, twin));
+            opaque += usize::from((splat.opacity - twin.opacity).abs() < 0.01);
+        }
+        // Splats that share a place may be taken for one another.
+        assert!(looked_at > 1000);
+        for good in [close, alike, opaque] {
+            assert!(
+                10 * good >= 9 * looked_at,
+                "{name}: {close} close, {alike} alike, {opaque} of {looked_at}"
+            );
+        }
+    }
+}
+
+/// Degenerate triangles at the centres, to search.
+fn neighbours(splats: &[Splat]) -> TriangleTree {
+    let points: Vec<DVec3> = splats.iter().map(|s| DVec3::from_array(s.center.map(f64::from))).collect();
+    let faces = (0..points.len() as u32).map(|i| [i; 3]).collect();
+    TriangleTree::new(&ndf_core::TriangleMesh::new(points, faces).unwrap())
+}
+
+fn closest(tree: &TriangleTree, splat: &Splat) -> Option<usize> {
+    let center = DVec3::from_array(splat.center.map(f64::from));
+    tree.closest_point(center, ndf_core::Hint::NONE).map(|found| found.face as usize)
+}
+
+fn covariances_agree(a: &Splat, b: &Splat) -> bool {
+    let covariance = |splat: &Splat, k: usize, l: usize| -> f64 {
+        let terms = splat.axes().into_iter().zip(splat.scales);
+        terms.map(|(axis, s)| axis[k] * axis[l] * f64::from(s) * f64::from(s)).sum()
+    };
+    let size: f64 = (0..3).map(|k| covariance(b, k, k)).sum();
+    (0..3).all(|k| (0..3).all(|l| (covariance(a, k, l) - covariance(b, k, l)).abs() < 0.12 * size))
+}
+
+#[test]
+fn versions_of_spz_hold_the_same_splats() {
+    // Bare and in gzip; smallest-three rotations in gzip and in Zstandard.
+    for pair in [["minimal-v2.spz", "minimal-raw.spz"], ["minimal-v3.spz", "minimal-v4.spz"]] {
+        let [Some((format, first)), Some((_, second))] = pair.map(real) else { return };
+        assert_eq!((format, first.len()), (SplatFormat::Spz, 4), "{pair:?}");
+        assert_eq!(first, second, "{pair:?}");
+    }
+    let [Some((_, ply)), Some((_, spz))] = ["3-points-from-train.ply", "3-points-from-train.spz"].map(real)
+    else {
+        return;
+    };
+    for (a, b) in ply.iter().zip(&spz) {
+        assert!((0..3).all(|k| (a.center[k] - b.center[k]).abs() < 1e-3), "{a:?} {b:?}");
+        assert!(covariances_agree(b, a) && (a.opacity - b.opacity).abs() < 0.01, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn real_objects_have_a_level_set() {
+    for name in [
+        "donut_fused_inria.ply",
+        "chair_nerfsynth.splat",
+        "biker.compressed.ply",
+        "kacytran_iter7000_inria.ply",
+    ] {
+        let Some((_, splats)) = real(name) else { continue };
+        let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
+        assert!(density.level() > 0.0 && density.level().is_finite());
+    }
+}
+
+#[test]
+fn bad_files_are_refused() {
+    let error = |bytes: &[u8]| parse_splats(bytes).unwrap_err();
+    assert_eq!(error(b"hello"), SplatError::Unknown);
+    assert_eq!(error(&[0xff; 64]), SplatError::Unknown);
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n\
+        property float opacity\nproperty float scale_0\nproperty float scale_1\nproperty float scale_2\nproperty float rot_0\nend_header\n";
+    assert!(matches!(error(header.as_bytes()), SplatError::Damaged(_)));
+    let missing = header.replace("4000000000", "0");
+    assert_eq!(error(missing.as_bytes()), SplatError::MissingProperty("rot_1"));
+    let packed = "ply\nformat binary_little_endian 1.0\nelement chunk 4000000000\nproperty float min_x\nelement vertex 1\nproperty uint packed_position\nend_header\n";
+    assert!(matches!(error(packed.as_bytes()), SplatError::Damaged(_)));
+
+    let spz = |version: u32, count: u32| {
+        let words = [u32::from_le_bytes(*b"NGSP"), version, count, 12 << 8];
+        words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>()
+    };
+    assert_eq!(error(&spz(9, 1)), SplatError::Version(9));
+    for version in 1..=4 {
+        assert!(matches!(error(&spz(version, u32::MAX)), SplatError::Damaged(_)), "{version}");
+    }
+    assert_eq!(error(&spz(3, 0)), SplatError::Empty);
+    assert!(matches!(error(b"NGSP"), SplatError::Damaged(_)));
+}
+
+#[test]
+fn damaged_real_files_are_survived() {
+    for name in
+        ["minimal-v2.spz", "minimal-v3.spz", "minimal-v4.spz", "3-points-from-train.ply", "minimal.splat"]
+    {
+        let Some(whole) = data_file(&format!("splat/{name}")) else { continue };
+        for end in 0..whole.len() {
+            let _ = parse_splats(&whole[..end]);
+        }
+        for k in 0..8 * whole.len() {
+            let mut changed = whole.clone();
+            changed[k / 8] ^= 1 << (k % 8);
+            let _ = parse_splats(&changed);
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! NumPy's `.npy`: a header that is a Python dictionary, then the array.
+
+use super::pickle::unpickle;
+use super::{Contents, Element, Tensor, TensorError, damaged};
+
+const MAGIC: usize = 6;
+
+/// A file with one array, which is called `array`; objects in it are named by their keys and indices alone.
+pub(super) fn read_file(bytes: &[u8]) -> Result<Contents, TensorError> {
+    read(bytes, "")
+}
+
+/// An array of a name. Objects in it are named by their keys and indices after that.
+pub(super) fn read(bytes: &[u8], name: &str) -> Result<Contents, TensorError> {
+    let (header, data) = split(bytes).ok_or_else(|| damaged("the header of an array is cut off"))?;
+    let header = Header::parse(header).ok_or_else(|| damaged("the header of an array is not understood"))?;
+    if header.kind.ends_with('O') {
+        let (pickle, _) = unpickle(data)?;
+        return pickle.tensors(name, &mut |_| None);
+    }
+    let name = if name.is_empty() { "array" } else { name };
+    let numbers = parse_kind(&header.kind);
+    let (element, swapped) =
+        numbers.ok_or_else(|| TensorError::Kind { name: name.to_owned(), kind: header.kind.clone() })?;
+    let tensor = array(&header.shape, element, swapped, header.by_columns, data);
+    let tensor = tensor.ok_or_else(|| damaged(format!("array {name} is cut off")))?;
+    Ok(Contents { tensors: [(name.to_owned(), tensor)].into(), foreign: Vec::new() })
+}
+
+/// Header and data.
+fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
+    let [major, _minor] = *bytes.get(MAGIC..MAGIC + 2)? else { return None };
+    let (start, length) = match major {
+        1 => (10, usize::from(u16::from_le_bytes(bytes.get(8..10)?.try_into().ok()?))),
+        2 | 3 => (12, usize::try_from(u32::from_le_bytes(bytes.get(8..12)?.try_into().ok()?)).ok()?),
+        _ => return None,
+    };
+    let end = usize::checked_add(start, length)?;
+    Some((std::str::from_utf8(bytes.get(start..end)?).ok()?, bytes.get(end..)?))
+}
+
+/// What the dictionary says.
+struct Header {
+    kind: String,
+    by_columns: bool,
+    shape: Vec<usize>,
+}
+
+impl Header {
+    fn parse(text: &str) -> Option<Self> {
+        let after = |key: &str| {
+            let place = text.find(&format!("'{key}'"))? + key.len() + 2;
+            Some(text[place..].trim_start().strip_prefix(':')?.trim_start())
+        };
+        let kind = after("descr")?.strip_prefix('\'')?.split('\'').next()?.to_owned();
+        let by_columns = after("fortran_order")?.starts_with("True");
+        let sides = after("shape")?.strip_prefix('(')?.split(')').next()?;
+        let sides = sides.split(',').map(str::trim).filter(|side| !side.is_empty());
+        let shape = sides.map(|side| side.parse().ok()).collect::<Option<Vec<usize>>>()?;
+        Some(Self { kind, by_columns, shape })
+    }
+}
+
+/// The kind of numbers NumPy calls this, and whether their bytes are in big-endian order.
+pub(super) fn parse_kind(kind: &str) -> Option<(Element, bool)> {
+    let (order, code) = match kind.as_bytes().first()? {
+        b'<' | b'|' | b'=' => (false, &kind[1..]),
+        b'>' => (true, &kind[1..]),
+        _ => (false, kind),
+    };
+    let element = match code {
+        "f2" => Element::F16,
+        "f4" => Element::F32,
+        "f8" => Element::F64,
+        "i1" => Element::I8,
+        "u1" | "b1" => Element::U8,
+        "i2" => Element::I16,
+        "i4" => Element::I32,
+        "i8" => Element::I64,
+        _ => return None,
+    };
+    Some((element, order))
+}
+
+/// The array of a shape in some bytes; `None` if they are fewer than it needs.
+pub(super) fn array(
+    shape: &[usize],
+    element: Element,
+    swapped: bool,
+    by_columns: bool,
+    data: &[u8],
+) -> Option<Tensor> {
+    let count = shape.iter().try_fold(1_usize, |n, &side| n.checked_mul(side))?;
+    let data = data.get(..count.checked_mul(element.size())?)?;
+    let values = if swapped {
+        let turned: Vec<u8> =
+            data.chunks_exact(element.size()).flat_map(|b| b.iter().rev().copied()).collect();
+        element.numbers(&turned)
+    } else {
+        element.numbers(data)
+    };
+    let values = if by_columns && shape.len() > 1 { by_rows(shape, &values) } else { values };
+    Tensor::new(shape.to_vec(), values)
+}
+
+/// Values in column-major order, brought into row-major order.
+fn by_rows(shape: &[usize], values: &[f32]) -> Vec<f32> {
+    let at = |mut row_major: usize| {
+        let mut index = 0;
+        let mut stride = values.len();
+        for &side in shape.iter().rev() {
+            stride /= side;
+            index += (row_major % side) * stride;
+            row_major /= side;
+        }
+        index
+    };
+    (0..values.len()).map(|i| values[at(i)]).collect()
+}

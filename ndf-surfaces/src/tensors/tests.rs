@@ -1,0 +1,176 @@
+//! Every container, whole and damaged.
+
+use super::*;
+use crate::test_data::data_file;
+
+fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    npy_in_order(kind, "False", shape, data)
+}
+
+fn npy_in_order(kind: &str, by_columns: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{kind}', 'fortran_order': {by_columns}, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+fn zip_of(entries: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, contents) in entries {
+        let options =
+            zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+        zip.start_file(*name, options).unwrap();
+        std::io::Write::write_all(&mut zip, contents).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// A pickle of `{'w': tensor}`, the tensor a 2 × 3 view of a storage of six floats.
+fn torch_pickle(strides: [u8; 2]) -> Vec<u8> {
+    let mut p = b"\x80\x02}X\x01\x00\x00\x00wctorch._utils\n_rebuild_tensor_v2\n((".to_vec();
+    p.extend(b"X\x07\x00\x00\x00storagectorch\nFloatStorage\nX\x01\x00\x00\x000X\x03\x00\x00\x00cpuK\x06tQ");
+    p.extend(b"K\x00K\x02K\x03\x86");
+    p.extend([b'K', strides[0], b'K', strides[1], 0x86]);
+    p.extend(b"\x89ccollections\nOrderedDict\n)RtRs.");
+    p
+}
+
+const SIX: [f32; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+
+fn error(bytes: &[u8]) -> String {
+    TensorFile::parse(bytes).unwrap_err().to_string()
+}
+
+#[test]
+fn arrays_of_all_kinds_and_orders() {
+    let read = |bytes: &[u8]| TensorFile::parse(bytes).unwrap().get("array").unwrap().clone();
+    let expected = Tensor::new(vec![2, 3], SIX.to_vec()).unwrap();
+    assert_eq!(read(&npy("<f4", "(2, 3)", &floats(&SIX))), expected);
+    let doubles: Vec<u8> = SIX.iter().flat_map(|&x| f64::from(x).to_be_bytes()).collect();
+    assert_eq!(read(&npy(">f8", "(2, 3)", &doubles)), expected);
+    let halves: Vec<u8> = SIX.iter().flat_map(|&x| half::f16::from_f32(x).to_le_bytes()).collect();
+    assert_eq!(read(&npy("<f2", "(2, 3)", &halves)), expected);
+    assert_eq!(read(&npy("|u1", "(2, 3)", &[1, 2, 3, 4, 5, 6])), expected);
+    let by_columns = floats(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+    assert_eq!(read(&npy_in_order("<f4", "True", "(2, 3)", &by_columns)), expected);
+    assert_eq!(read(&npy("<f4", "()", &floats(&[7.0]))).values(), [7.0]);
+    assert!(error(&npy("<c8", "(1,)", &[0; 8])).contains("<c8"));
+    assert!(error(&npy("<f4", "(2, 3)", &floats(&SIX[..5]))).contains("cut off"));
+    assert!(error(&npy("<f4", "(99999999999, 99999999999)", &floats(&SIX))).contains("cut off"));
+    assert!(error(b"\x93NUMPY\x01\x00\xff\xff{").contains("header"));
+}
+
+#[test]
+fn archives_of_arrays() {
+    let array = npy("<f4", "(6,)", &floats(&SIX));
+    let file = TensorFile::parse(&zip_of(&[("0000.dense.A.npy", &array), ("notes.txt", b"hello")])).unwrap();
+    assert_eq!(file.container(), Container::Npz);
+    assert_eq!(file.get("0000.dense.A").unwrap().shape(), [6]);
+    assert!(error(&zip_of(&[("notes.txt", b"hello")])).contains("no tensors"));
+}
+
+#[test]
+fn torch_archives_with_any_strides() {
+    let archive = |pickle: &[u8]| zip_of(&[("model/data.pkl", pickle), ("model/data/0", &floats(&SIX))]);
+    let file = TensorFile::parse(&archive(&torch_pickle([3, 1]))).unwrap();
+    assert_eq!((file.container(), file.get("w").unwrap().values()), (Container::TorchZip, &SIX[..]));
+    let turned = TensorFile::parse(&archive(&torch_pickle([1, 2]))).unwrap();
+    assert_eq!(turned.get("w").unwrap().values(), [1.0, 3.0, 5.0, 2.0, 4.0, 6.0]);
+    assert!(error(&archive(&torch_pickle([200, 1]))).contains("beyond its storage"));
+    assert!(error(&zip_of(&[("model/data.pkl", &torch_pickle([3, 1]))])).contains("data/0"));
+}
+
+#[test]
+fn foreign_classes_are_not_run_and_are_named() {
+    // os.system('true'), then a dictionary without tensors.
+    let attack = b"\x80\x02cos\nsystem\nX\x04\x00\x00\x00true\x85R0}.";
+    let refused = error(&zip_of(&[("a/data.pkl", attack)]));
+    assert!(refused.contains("os.system") && refused.contains("not run"), "{refused}");
+    // Beside tensors they do no harm.
+    let mut mixed = b"\x80\x02cbuiltins\neval\nX\x01\x00\x00\x001\x85R0".to_vec();
+    mixed.extend(&torch_pickle([3, 1])[2..]);
+    let file = TensorFile::parse(&zip_of(&[("a/data.pkl", &mixed), ("a/data/0", &floats(&SIX))])).unwrap();
+    assert_eq!((file.foreign(), file.get("w").is_some()), (&["builtins.eval".to_owned()][..], true));
+}
+
+#[test]
+fn malformed_pickles_are_refused() {
+    let of = |pickle: &[u8]| error(&zip_of(&[("a/data.pkl", pickle)]));
+    assert!(of(b"\x80\x02").contains("cut off"));
+    assert!(of(b"\x80\x02\xfe.").contains("0xfe"));
+    assert!(of(b"\x80\x02R.").contains("inconsistent"));
+    assert!(of(b"\x80\x02X\xff\xff\xff\xffabc.").contains("cut off"));
+    assert!(of(b"\x80\x04\x8d\xff\xff\xff\xff\xff\xff\xff\xffabc.").contains("cut off"));
+    // Thirty lists, each holding the last one twice, and a list that holds itself.
+    let mut bomb = b"\x80\x02]q\x00".to_vec();
+    for i in 0..30_u8 {
+        bomb.extend([b']', b'q', i + 1, b'(', b'h', i, b'h', i, b'e']);
+    }
+    bomb.push(b'.');
+    assert!(of(&bomb).contains("too many"));
+    assert!(of(b"\x80\x02]q\x00h\x00a.").contains("no tensors"));
+}
+
+#[test]
+fn safetensors_whole_and_damaged() {
+    let header = br#"{"a":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]}}"#;
+    let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
+    bytes.extend(header);
+    bytes.extend(floats(&SIX));
+    let file = TensorFile::parse(&bytes).unwrap();
+    assert_eq!((file.container(), file.get("a").unwrap().values()), (Container::Safetensors, &SIX[..]));
+    for end in 0..bytes.len() {
+        assert!(TensorFile::parse(&bytes[..end]).is_err());
+    }
+}
+
+#[test]
+fn what_is_no_tensor_file_is_told() {
+    for bytes in [&b""[..], b"hello, world, how are you", b"ply\nformat ascii 1.0\n", &[0; 64]] {
+        assert!(matches!(TensorFile::parse(bytes), Err(TensorError::Magic)), "{bytes:?}");
+        assert!(!is_tensor_file(bytes));
+    }
+    assert!(error(b"PK\x03\x04 and nothing more").contains("zip"));
+    assert!(error(b"\x89HDF\r\n\x1a\n and nothing more").contains("HDF5"));
+    assert!(
+        error(&[0x80, 2, 0x8a, 10, 0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19])
+            .contains("cut off")
+    );
+}
+
+/// Every container people have, cut off at many places and with bytes changed: an error or tensors, never a panic.
+#[test]
+fn damaged_real_files_are_survived() {
+    let files = [
+        "nsdf/maurock_deepsdf_results.npy",
+        "nsdf/nmwsharp_bunny.npz",
+        "nsdf/thingi10k_h5/112932_sf.h5",
+        "nerf/krrish94_ship-lowres_125000.ckpt",
+        "nsdf/maurock_deepsdf_weights.pt",
+    ];
+    for name in files {
+        let Some(whole) = data_file(name) else { continue };
+        let file = TensorFile::parse(&whole).unwrap();
+        assert!(file.iter().all(|(_, t)| t.values().len() == t.shape().iter().product::<usize>()));
+        let tries = 200;
+        for k in 1..tries {
+            // Most of what can go wrong is in the first and last kilobytes.
+            let cut = if k % 2 == 0 { whole.len() * k / tries } else { whole.len().min(37 * k) };
+            let _ = TensorFile::parse(&whole[..cut]);
+        }
+        if whole.len() < 200_000 {
+            for k in 0..400_usize {
+                let mut changed = whole.clone();
+                let at = (k * 7919) % changed.len().min(8192);
+                changed[at] ^= 1 << (k % 8);
+                let _ = TensorFile::parse(&changed);
+            }
+        }
+    }
+}

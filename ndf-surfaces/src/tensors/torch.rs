@@ -1,0 +1,59 @@
+//! What `torch.save` writes: pickles that name storages, and the storages.
+
+use std::collections::HashMap;
+
+use super::archive::{Archive, is_pickle};
+use super::pickle::unpickle;
+use super::{Contents, TensorError, damaged};
+
+/// How the files before version 1.6 begin: protocol 2, then the number 0x1950a86a20f9469cfc6c in ten bytes.
+const LEGACY_MAGIC: [u8; 14] =
+    [0x80, 2, 0x8a, 10, 0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19];
+
+pub(super) fn is_legacy(bytes: &[u8]) -> bool {
+    bytes.starts_with(&LEGACY_MAGIC)
+}
+
+/// A zip archive: `…/data.pkl`, and a storage in each `…/data/KEY`.
+pub(super) fn read_zip(bytes: &[u8]) -> Result<Contents, TensorError> {
+    let mut archive = Archive::open(bytes)?;
+    let names = archive.names();
+    let pickle_name =
+        names.iter().find(|name| is_pickle(name)).ok_or_else(|| damaged("it has no data.pkl"))?;
+    let folder = pickle_name.strip_suffix("data.pkl").unwrap_or_default().to_owned();
+    if archive.read(&format!("{folder}byteorder")).is_ok_and(|order| order.starts_with(b"big")) {
+        return Err(damaged("its numbers are in big-endian order, which is not supported"));
+    }
+    let pickle_bytes = archive.read(pickle_name)?;
+    let (pickle, _) = unpickle(&pickle_bytes)?;
+    let mut storages = HashMap::new();
+    for key in pickle.storage_keys() {
+        storages.insert(key.clone(), archive.read(&format!("{folder}data/{key}"))?);
+    }
+    pickle.tensors("", &mut |key| storages.get(key).map(Vec::as_slice))
+}
+
+/// Five pickles (magic number, version, machine, object, keys of the storages), then for every key the number of
+/// elements in eight bytes and the elements.
+pub(super) fn read_legacy(bytes: &[u8]) -> Result<Contents, TensorError> {
+    let mut rest = bytes;
+    for _ in 0..3 {
+        let (_, end) = unpickle(rest)?;
+        rest = &rest[end..];
+    }
+    let (object, end) = unpickle(rest)?;
+    rest = &rest[end..];
+    let (keys, end) = unpickle(rest)?;
+    rest = &rest[end..];
+    let mut storages = HashMap::new();
+    for key in keys.texts() {
+        let cut_off = || damaged(format!("storage {key} is cut off"));
+        let size = object.storage_element(&key).map_or(4, super::Element::size);
+        let (count, after) = rest.split_first_chunk::<8>().ok_or_else(cut_off)?;
+        let length = usize::try_from(u64::from_le_bytes(*count)).ok().and_then(|n| n.checked_mul(size));
+        let length = length.filter(|&length| length <= after.len()).ok_or_else(cut_off)?;
+        storages.insert(key, &after[..length]);
+        rest = &after[length..];
+    }
+    object.tensors("", &mut |key| storages.get(key).copied())
+}
