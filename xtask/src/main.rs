@@ -1,5 +1,6 @@
 //! Development tasks. `cargo xtask ci` is the check before a change lands.
 
+mod ablation;
 mod arrows;
 mod ci;
 mod shell;
@@ -18,6 +19,8 @@ enum Task {
     Ci,
     /// Check that crates depend on each other only along the arrows of ARCHITECTURE.md
     Arrows,
+    /// Vary the settings of training and write CSV files and plots
+    Ablation(ablation::Options),
     /// Fit meshes with the default preset and write the table of the README
     Table {
         /// The folder with the meshes
@@ -28,6 +31,7 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
+        Task::Ablation(options) => ablation::run(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
