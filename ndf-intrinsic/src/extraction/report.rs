@@ -5,7 +5,6 @@ use ndf_core::{DisplacementField, ManifoldMesh};
 
 use super::Work;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
-use crate::triangle;
 
 /// What extraction did, and the properties of its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,11 +70,10 @@ impl ExtractionReport {
         mollification: Mollification,
         work: Work,
     ) -> Self {
-        let (quality, (checked, delaunay_intrinsic_fraction)) =
-            rayon::join(|| Quality::of(mesh), || (intrinsic.check().is_ok(), intrinsic.delaunay_fraction()));
-        let smallest = (0..intrinsic.face_count() as u32)
-            .map(|f| triangle::smallest_angle(intrinsic.sides(f)))
-            .fold(f64::INFINITY, f64::min);
+        let quality = Quality::of(mesh);
+        let delaunay_intrinsic_fraction = intrinsic.delaunay_fraction();
+        // A manifold mesh is proof of the complex it has its faces and twins from.
+        let checked = embeds_intrinsic || intrinsic.check().is_ok();
         Self {
             vertices: mesh.vertex_count(),
             faces: mesh.face_count(),
@@ -91,7 +89,7 @@ impl ExtractionReport {
             least_slack: intrinsic.slack(),
             mollification,
             min_angle_deg: quality.min_angle_deg,
-            intrinsic_min_angle_deg: smallest.to_degrees(),
+            intrinsic_min_angle_deg: intrinsic.smallest_angle().to_degrees(),
             edge_length: quality.edge_length,
             target_edge_length: h,
             longest_in_h: quality.edge_length.max / h,
