@@ -2,14 +2,16 @@
 //! (Noma et al. 2026; the steps below are this project's).
 //!
 //! 1. Start from the base mesh Ω′; the length of an edge is that of its chord, `|g(i) − g(j)|`.
-//! 2. Split edges longer than 4h/3 in the middle of their course over Ω′, which normal coordinates know; all new
-//!    vertices of a round are mapped in one batch. Flip towards Delaunay; repeat.
-//! 3. Collapse edges much shorter than h; this makes meshes coarser than Ω′.
-//! 4. Relax vertices over Ω′ towards well-shaped triangles, one batch a round, flipping in between.
-//! 5. Freeze the lengths and flip to the intrinsic Delaunay triangulation.
+//! 2. Halve long edges in the middle of their course over Ω′, which normal coordinates know, and flip towards
+//!    Delaunay, until edges are near the base mesh's or near h.
+//! 3. Cut what that gives by template, over all threads, until no edge is longer than 4h/3: points between corners
+//!    of a face lie in the face. All new vertices of a round are mapped in one batch.
+//! 4. Flip towards Delaunay; collapse edges much shorter than h; this makes meshes coarser than Ω′.
+//! 5. Relax vertices over Ω′ towards well-shaped triangles, flipping in between.
+//! 6. Freeze the lengths and flip to the intrinsic Delaunay triangulation.
 //!
-//! Chords change under flips of step 2 to 4, so those end only because each improves its own edge and they are
-//! limited in number. Step 5 always ends. Every property of the result is computed: see [`ExtractionReport`].
+//! Chords change under flips of steps 2 to 5, so those end only because each improves its own edge and they are
+//! limited in number. Step 6 always ends. Every property of the result is computed: see [`ExtractionReport`].
 
 mod chords;
 mod coarse;
@@ -24,6 +26,8 @@ use ndf_core::{DVec3, DisplacementField, ManifoldMesh, TriangleMesh};
 use rayon::prelude::*;
 
 pub use report::ExtractionReport;
+
+use report::IntrinsicFigures;
 
 use crate::delaunay::{flip_to_delaunay, violating};
 use crate::delta_complex::DeltaComplex;
@@ -140,7 +144,7 @@ pub fn extract(
     Ok(finish(field, h, surface, work))
 }
 
-/// Step 5, and the report.
+/// Step 6, and the report.
 fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -> Extraction {
     let Surface { mesh: chords, origins, points } = surface;
     let mut intrinsic = chords;
@@ -150,8 +154,12 @@ fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -
     work.intrinsic_flips = flip_to_delaunay(&mut intrinsic, &mut queue, |_, _| {}).flips;
     let before = before.filter(|_| !intrinsic.is_simplicial());
     let embeds_intrinsic = before.is_none();
-    let mesh = embedded(before.as_ref().unwrap_or(intrinsic.complex()), points);
-    let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, mollification, work);
+    let (mesh, metric) = rayon::join(
+        || embedded(before.as_ref().unwrap_or(intrinsic.complex()), points),
+        || IntrinsicFigures::of(&intrinsic),
+    );
+    let report =
+        ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, mollification, work);
     Extraction { intrinsic, mesh, origins, report }
 }
 

@@ -60,6 +60,23 @@ pub struct ExtractionReport {
     pub evaluations: usize,
 }
 
+/// What is true of the intrinsic metric.
+pub(super) struct IntrinsicFigures {
+    delaunay_fraction: f64,
+    slack: f64,
+    smallest_angle: f64,
+}
+
+impl IntrinsicFigures {
+    pub(super) fn of(mesh: &IntrinsicMesh) -> Self {
+        Self {
+            delaunay_fraction: mesh.delaunay_fraction(),
+            slack: mesh.slack(),
+            smallest_angle: mesh.smallest_angle(),
+        }
+    }
+}
+
 impl ExtractionReport {
     pub(super) fn of(
         field: &DisplacementField,
@@ -67,11 +84,12 @@ impl ExtractionReport {
         intrinsic: &IntrinsicMesh,
         mesh: &ManifoldMesh,
         embeds_intrinsic: bool,
+        metric: IntrinsicFigures,
         mollification: Mollification,
         work: Work,
     ) -> Self {
         let quality = Quality::of(mesh);
-        let delaunay_intrinsic_fraction = intrinsic.delaunay_fraction();
+        let IntrinsicFigures { delaunay_fraction, slack, smallest_angle } = metric;
         // A manifold mesh is proof of the complex it has its faces and twins from.
         let checked = embeds_intrinsic || intrinsic.check().is_ok();
         Self {
@@ -82,14 +100,14 @@ impl ExtractionReport {
             oriented: checked,
             euler_characteristic: mesh.euler_characteristic(),
             base_euler_characteristic: field.base().euler_characteristic(),
-            delaunay_intrinsic: delaunay_intrinsic_fraction == 1.0,
-            delaunay_intrinsic_fraction,
+            delaunay_intrinsic: delaunay_fraction == 1.0,
+            delaunay_intrinsic_fraction: delaunay_fraction,
             delaunay_embedded_fraction: quality.delaunay_fraction,
             embeds_intrinsic,
-            least_slack: intrinsic.slack(),
+            least_slack: slack,
             mollification,
             min_angle_deg: quality.min_angle_deg,
-            intrinsic_min_angle_deg: intrinsic.smallest_angle().to_degrees(),
+            intrinsic_min_angle_deg: smallest_angle.to_degrees(),
             edge_length: quality.edge_length,
             target_edge_length: h,
             longest_in_h: quality.edge_length.max / h,

@@ -17,9 +17,12 @@ use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::locating::FaceLayout;
 
-/// Sides of coarse faces are halved so often at most: a million times shorter than a coarse edge nothing is left
-/// that a network in single precision tells apart.
-const MOST_ROUNDS: usize = 20;
+/// Rounds halve edges: so many more than that takes are granted, for spots that g stretches. Where it folds an edge
+/// so that its ends come near each other, the edge stays whole however far its middle is away, and the faces on it
+/// become ever flatter: further rounds would go on without end. Flips and collapses clear such spots.
+const EXTRA_ROUNDS: usize = 4;
+/// Places are exact for so many rounds.
+const MOST_ROUNDS: usize = 22;
 
 /// A point of a coarse face: its second and third barycentric coordinate, multiples of a power of ½ and so exact.
 type Place = [f32; 2];
@@ -80,7 +83,8 @@ pub(super) fn subdivide(
     let order = curve_order(triangulation.mesh(), &points);
     let mut forest = Forest::of(triangulation.mesh(), &order);
     let mut layouts = Vec::new();
-    for _ in 0..MOST_ROUNDS {
+    let needed = (forest.longest(&points) / limit).log2().ceil().max(0.0) as usize;
+    for _ in 0..(needed + EXTRA_ROUNDS).min(MOST_ROUNDS) {
         let Some(growth) = forest.plan(&points, limit) else { break };
         if growth.leaves > options.most_faces {
             return Err(ExtractionError::TooManyFaces(options.most_faces));
@@ -176,6 +180,15 @@ impl Forest {
     fn piece(&self, number: u32) -> &Piece {
         let level = self.starts.partition_point(|&start| start <= number) - 1;
         &self.levels[level][(number - self.starts[level]) as usize]
+    }
+
+    /// The longest side of the pieces of the last level.
+    fn longest(&self, points: &[DVec3]) -> f64 {
+        let longest = |piece: &Piece| {
+            let [a, b, c] = piece.corners.map(|v| points[v as usize]);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        self.last().0.par_iter().map(longest).reduce(|| 0.0, f64::max)
     }
 
     /// Decides how the pieces of the last level are cut, and numbers what comes about; `None` if nothing does.
@@ -306,10 +319,18 @@ impl Forest {
     /// A surface of the leaves.
     fn assemble(&self, origins: &[FaceSample], points: &[DVec3]) -> Surface {
         let pieces = || self.levels.iter().flatten();
-        let leaves = by_bucket(pieces().map(|p| (p.halved == 0).then_some(p.coarse)));
-        let vertices = by_bucket(self.vertex_faces.iter().map(|&f| Some(f)));
-        let new_vertex = numbers(&vertices, points.len());
-        let new_face = numbers(&leaves, pieces().count());
+        let ((leaves, new_face), (vertices, new_vertex)) = rayon::join(
+            || {
+                let leaves = by_bucket(pieces().map(|p| (p.halved == 0).then_some(p.coarse)));
+                let numbers = numbers(&leaves, pieces().count());
+                (leaves, numbers)
+            },
+            || {
+                let vertices = by_bucket(self.vertex_faces.iter().map(|&f| Some(f)));
+                let numbers = numbers(&vertices, points.len());
+                (vertices, numbers)
+            },
+        );
         let new_halfedge = |h: u32| if h == NO_HALFEDGE { h } else { 3 * new_face[h as usize / 3] + h % 3 };
         let halfedges = leaves
             .par_iter()
@@ -324,12 +345,15 @@ impl Forest {
                 })
             })
             .collect();
-        let complex = with_numbered_edges(halfedges, points.len());
-        Surface {
-            mesh: IntrinsicMesh { lengths: vec![0.0; complex.edge_count()], complex },
-            origins: vertices.par_iter().map(|&v| origins[v as usize]).collect(),
-            points: vertices.par_iter().map(|&v| points[v as usize]).collect(),
-        }
+        let (complex, (origins, points)) = rayon::join(
+            || with_numbered_edges(halfedges, points.len()),
+            || {
+                let origins = vertices.iter().map(|&v| origins[v as usize]).collect();
+                let points = vertices.iter().map(|&v| points[v as usize]).collect();
+                (origins, points)
+            },
+        );
+        Surface { mesh: IntrinsicMesh { lengths: vec![0.0; complex.edge_count()], complex }, origins, points }
     }
 }
 
