@@ -156,10 +156,9 @@ fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -
     let embeds_intrinsic = before.is_none();
     let (mesh, metric) = rayon::join(
         || embedded(before.as_ref().unwrap_or(intrinsic.complex()), points),
-        || IntrinsicFigures::of(&intrinsic),
+        || IntrinsicFigures::of(&intrinsic, mollification),
     );
-    let report =
-        ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, mollification, work);
+    let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, work);
     Extraction { intrinsic, mesh, origins, report }
 }
 

@@ -62,14 +62,16 @@ pub struct ExtractionReport {
 
 /// What is true of the intrinsic metric.
 pub(super) struct IntrinsicFigures {
+    mollification: Mollification,
     delaunay_fraction: f64,
     slack: f64,
     smallest_angle: f64,
 }
 
 impl IntrinsicFigures {
-    pub(super) fn of(mesh: &IntrinsicMesh) -> Self {
+    pub(super) fn of(mesh: &IntrinsicMesh, mollification: Mollification) -> Self {
         Self {
+            mollification,
             delaunay_fraction: mesh.delaunay_fraction(),
             slack: mesh.slack(),
             smallest_angle: mesh.smallest_angle(),
@@ -85,11 +87,10 @@ impl ExtractionReport {
         mesh: &ManifoldMesh,
         embeds_intrinsic: bool,
         metric: IntrinsicFigures,
-        mollification: Mollification,
         work: Work,
     ) -> Self {
         let quality = Quality::of(mesh);
-        let IntrinsicFigures { delaunay_fraction, slack, smallest_angle } = metric;
+        let IntrinsicFigures { mollification, delaunay_fraction, slack, smallest_angle } = metric;
         // A manifold mesh is proof of the complex it has its faces and twins from.
         let checked = embeds_intrinsic || intrinsic.check().is_ok();
         Self {
