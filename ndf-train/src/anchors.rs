@@ -43,12 +43,7 @@ impl Anchors {
         let (samples, targets): (Vec<Sample>, Vec<Target>) = found.into_iter().unzip();
         let objective =
             Objective { terms: vec![(weight, Arc::new(PointTarget))], lambda_c: 0.0, is_identity: false };
-        Self {
-            chunk: Chunk::new(&packed.0, &packed.1, &objective),
-            objective,
-            samples,
-            targets,
-        }
+        Self { chunk: Chunk::new(&packed.0, &packed.1, &objective), objective, samples, targets }
     }
 
     /// Adds the gradients of the network, and those of the features per corner of a base face.

@@ -90,7 +90,8 @@ impl WithSimd for Step<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { model, objective, share, chunk, samples, targets, origins, first_face, corner_gradients } = self;
+        let Self { model, objective, share, chunk, samples, targets, origins, first_face, corner_gradients } =
+            self;
         chunk.theta_gradients.clear();
         chunk.phi_gradients.clear();
         chunk.terms.fill(0.0);
@@ -125,7 +126,16 @@ impl<'a> Block<'a> {
     #[inline(always)]
     fn new(samples: &'a [Sample], targets: &'a [Target], origins: &'a [Origin]) -> Self {
         let zero = [[0.0; 3]; BLOCK];
-        Self { samples, targets, origins, x: zero, y: zero, tangents: [zero; 2], dy: zero, dtangents: [zero; 2] }
+        Self {
+            samples,
+            targets,
+            origins,
+            x: zero,
+            y: zero,
+            tangents: [zero; 2],
+            dy: zero,
+            dtangents: [zero; 2],
+        }
     }
 
     #[inline(always)]
@@ -266,11 +276,14 @@ impl<'a> Block<'a> {
         let gradients = &mut chunk.theta_gradients;
         let (stride, out_stride) = (chunk.theta.input_stride(), chunk.theta.output_stride());
         for (k, tangent) in chunk.theta_tangents.iter().flatten().enumerate() {
+            if self.dtangents[k].as_flattened().iter().all(|&d| d == 0.0) {
+                // Terms that only look at tangents: there is nothing to carry back.
+                continue;
+            }
             set_rows(gradients, &self.dtangents[k], self.samples.len(), out_stride);
             backward_tangent(simd, model.theta, &chunk.theta, tangent, gradients, InputGradient::Wanted);
-            corners.add(self.samples, gradients.input(), stride, |sample| {
-                model.frames[sample.face as usize][k]
-            });
+            corners
+                .add(self.samples, gradients.input(), stride, |sample| model.frames[sample.face as usize][k]);
         }
         set_rows(gradients, &self.dy, self.samples.len(), out_stride);
         backward(simd, model.theta, &chunk.theta, gradients, InputGradient::Wanted);

@@ -77,18 +77,16 @@ fn cases(study: Study, start: &Settings) -> Vec<Case> {
         Case { label, settings, grid: None }
     };
     match study {
-        Study::Features => {
-            [2, 4, 8, 16].map(|d| case(format!("d = {d}"), &|s| s.field.features = d)).into()
+        Study::Features => [2, 4, 8, 16].map(|d| case(format!("d = {d}"), &|s| s.field.features = d)).into(),
+        Study::Neurons => {
+            [16, 32, 64].map(|n| case(format!("{n} neurons"), &|s| s.field.hidden = vec![n; 2])).into()
         }
-        Study::Neurons => [16, 32, 64]
-            .map(|n| case(format!("{n} neurons"), &|s| s.field.hidden = vec![n; 2]))
-            .into(),
-        Study::Samples => [1 << 11, 1 << 13, 1 << 15]
-            .map(|n| case(format!("{n} samples"), &|s| s.samples = n))
-            .into(),
-        Study::Activations => Activation::ALL
-            .map(|a| case(format!("{a:?}"), &|s| s.field.activation = a))
-            .into(),
+        Study::Samples => {
+            [1 << 11, 1 << 13, 1 << 15].map(|n| case(format!("{n} samples"), &|s| s.samples = n)).into()
+        }
+        Study::Activations => {
+            Activation::ALL.map(|a| case(format!("{a:?}"), &|s| s.field.activation = a)).into()
+        }
         Study::Projection => {
             let kept = [1, 5, 10, 50].map(|epochs| {
                 case(format!("kept {epochs} epochs"), &|s| {
@@ -143,7 +141,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let mesh = repair::mended(&file.mesh).map_err(|e| say(&e))?.mesh;
         let surface = MeshSurface::new(mesh.as_triangle_mesh()).map_err(|e| say(&e))?;
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };
-        let base = base_mesh_of_manifold(&mesh, Some(&surface), &base, &NoProgress).map_err(|e| say(&e))?.mesh;
+        let base =
+            base_mesh_of_manifold(&mesh, Some(&surface), &base, &NoProgress).map_err(|e| say(&e))?.mesh;
         for &study in studies {
             let title = study.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
             let (mut curves, mut summary) = (Vec::new(), String::from(HEADER));
@@ -169,7 +168,12 @@ const HEADER: &str = "case,rms,max,cycle loss,flipped,epochs,seconds,of these pr
 fn row(label: &str, r: &FitReport) -> String {
     format!(
         "\"{label}\",{:.3e},{:.3e},{:.2e},{:.5},{},{:.1},{:.1}\n",
-        r.projection_rms, r.projection_max, r.cycle_loss, r.flipped_fraction, r.epochs, r.seconds,
+        r.projection_rms,
+        r.projection_max,
+        r.cycle_loss,
+        r.flipped_fraction,
+        r.epochs,
+        r.seconds,
         r.seconds_projecting
     )
 }
@@ -193,8 +197,7 @@ fn learn(
             curve.push((epoch, record.losses.projection));
         }
     };
-    let mut trainer =
-        Trainer::new(seen, base, settings).map_err(|e| e.to_string())?.finished_on(truth, 0);
+    let mut trainer = Trainer::new(seen, base, settings).map_err(|e| e.to_string())?.finished_on(truth, 0);
     let mut hooks = Hooks { progress: &NoProgress, log: Some(&mut log) };
     let (fit, _) = train(&mut trainer, &mut hooks).map_err(|e| e.to_string())?;
     Ok((curve, fit.report))
@@ -224,12 +227,7 @@ fn plot(title: &str, curves: &[(String, Curve)]) -> Result<String, String> {
             .y_label_area_size(64)
             .build_cartesian_2d(0..last, (0.7 * least..1.4 * most).log_scale())?;
         let format = |y: &f64| format!("{y:.0e}");
-        chart
-            .configure_mesh()
-            .x_desc("epoch")
-            .y_desc("projection loss")
-            .y_label_formatter(&format)
-            .draw()?;
+        chart.configure_mesh().x_desc("epoch").y_desc("projection loss").y_label_formatter(&format).draw()?;
         for (k, (label, curve)) in curves.iter().enumerate() {
             let colour = Palette99::pick(k).to_rgba();
             chart

@@ -84,7 +84,12 @@ fn position(base: &ManifoldMesh, sample: &FaceSample) -> DVec3 {
 }
 
 #[inline(always)]
-fn fill_block<S: Simd>(simd: S, encoding: &SampleEncoding<'_>, points: &[FaceSample], activations: &mut Activations) {
+fn fill_block<S: Simd>(
+    simd: S,
+    encoding: &SampleEncoding<'_>,
+    points: &[FaceSample],
+    activations: &mut Activations,
+) {
     let stride = activations.input_stride();
     let rows = activations.input_mut().chunks_exact_mut(stride);
     for (point, row) in points.iter().zip(rows) {

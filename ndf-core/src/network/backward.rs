@@ -203,8 +203,8 @@ pub fn backward_tangent<S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Activation, Mlp, MlpShape, forward, forward_tangent};
     use super::super::BLOCK;
+    use super::super::{Activation, Mlp, MlpShape, forward, forward_tangent};
     use super::*;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;

@@ -79,12 +79,7 @@ pub enum Finish<'a> {
 impl Finish<'_> {
     /// Applies to `V` vectors of the result that begin at `index`.
     #[inline(always)]
-    fn apply<S: Simd, const V: usize>(
-        self,
-        simd: S,
-        index: usize,
-        mut values: [S::f32s; V],
-    ) -> [S::f32s; V] {
+    fn apply<S: Simd, const V: usize>(self, simd: S, index: usize, mut values: [S::f32s; V]) -> [S::f32s; V] {
         match self {
             Finish::Plain => {}
             // One operation less where the factor is zero, as it nearly always is.
@@ -264,7 +259,10 @@ impl<S: Simd> NullaryFnOnce for TransposedProduct<'_, S> {
 }
 
 #[inline(always)]
-fn transposed_panel<S: Simd, const R: usize, const V: usize>(op: &mut TransposedProduct<'_, S>, first: usize) {
+fn transposed_panel<S: Simd, const R: usize, const V: usize>(
+    op: &mut TransposedProduct<'_, S>,
+    first: usize,
+) {
     let mut column = 0;
     while column < op.columns {
         column += match R.min(op.columns - column) {
@@ -376,8 +374,7 @@ mod tests {
             for (arch, finish) in arches.into_iter().flat_map(|a| finishes.map(|f| (a, f))) {
                 let mut c = vec![0.0; rows * width];
                 let mut d = start.clone();
-                let both =
-                    Both { a: &a, b: &panels, bias: &bias, finish, c: &mut c, d: &mut d, inner };
+                let both = Both { a: &a, b: &panels, bias: &bias, finish, c: &mut c, d: &mut d, inner };
                 arch.dispatch(both);
                 for (at, &found) in c.iter().enumerate() {
                     let (s, j) = (at / width, at % width);
