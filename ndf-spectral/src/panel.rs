@@ -1,5 +1,5 @@
-//! Blocks of eight functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
-//! for once and eight functions share.
+//! Blocks of four functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
+//! for once and four functions share.
 //!
 //! Work is cut into slices of rows of a fixed size and their results are summed in order, so that the number of
 //! threads does not show in them.
@@ -17,7 +17,7 @@ pub(crate) use crate::simd::{Row, WIDTH};
 /// Rows a thread works on at a time: slices of some dozen panels fit the second cache of a core.
 const SLICE: usize = 512;
 
-/// Eight functions.
+/// Four functions.
 pub(crate) type Panel = Vec<Row>;
 
 /// `matrix · panel`. O(entries).
