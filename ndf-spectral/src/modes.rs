@@ -111,6 +111,12 @@ impl LaplaceBeltrami {
 }
 
 impl ModeOptions {
+    /// The shift that is used for an operator: [`shift`](Self::shift) within its bounds.
+    pub fn shift_for(&self, operator: &LaplaceBeltrami) -> f64 {
+        let typical = operator.typical_eigenvalue();
+        self.shift.clamp(1e-6 * typical, typical)
+    }
+
     pub(crate) fn check(&self, vertices: usize) -> Result<(), SpectralError> {
         if self.count > vertices {
             return Err(SpectralError::TooManyModes { asked: self.count, vertices });
@@ -168,8 +174,7 @@ impl Solver<'_> {
         let factored = match self.factored {
             Some(factored) => factored,
             None => {
-                let typical = self.operator.typical_eigenvalue();
-                own = ScreenedPoisson::new(self.operator, self.options.shift.clamp(1e-6 * typical, typical))?;
+                own = ScreenedPoisson::new(self.operator, self.options.shift_for(self.operator))?;
                 &own
             }
         };
