@@ -1,7 +1,7 @@
 //! Assembly of symmetric sparse matrices from contributions of triangles.
 
-use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
+use nalgebra_sparse::{CsrMatrix, SparseEntry};
 
 /// A contribution to the entries (i, j) and (j, i); to twice the diagonal where `i = j`.
 pub(crate) type Coupling = (u32, u32, f64);
@@ -90,7 +90,7 @@ pub(crate) fn combination(a: &CsrMatrix<f64>, factor: f64, b: &CsrMatrix<f64>) -
 /// `position` is the inverse of `order`. O(entries).
 pub(crate) fn permuted(matrix: &CsrMatrix<f64>, order: &[usize], position: &[usize]) -> CsrMatrix<f64> {
     let diagonal: Vec<f64> =
-        order.iter().map(|&i| matrix.get_entry(i, i).map_or(0.0, |entry| entry.into_value())).collect();
+        order.iter().map(|&i| matrix.get_entry(i, i).map_or(0.0, SparseEntry::into_value)).collect();
     let above = matrix.triplet_iter().filter(|(i, j, _)| i < j);
     symmetric(&diagonal, above.map(|(i, j, &value)| (position[i] as u32, position[j] as u32, value)))
 }
@@ -111,7 +111,7 @@ mod tests {
         let (order, position) = ([2, 0, 1], [1, 2, 0]);
         let moved = permuted(&matrix, &order, &position);
         for (i, j) in [(0, 0), (0, 1), (1, 2), (2, 2), (0, 2)] {
-            let entry = |matrix: &CsrMatrix<f64>, i, j| matrix.get_entry(i, j).map(|e| e.into_value());
+            let entry = |matrix: &CsrMatrix<f64>, i, j| matrix.get_entry(i, j).map(SparseEntry::into_value);
             assert_eq!(entry(&moved, i, j), entry(&matrix, order[i], order[j]));
         }
     }

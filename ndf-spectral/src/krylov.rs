@@ -24,7 +24,7 @@ use crate::components::Components;
 use crate::factorization::Cholesky;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
-use crate::panel::{Panel, Row, WIDTH, add_combination, combinations, multiply, products};
+use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, transform};
 
 /// A Krylov space with the operator projected onto it.
 pub(crate) struct KrylovSpace<'a> {
@@ -193,7 +193,7 @@ impl<'a> KrylovSpace<'a> {
     pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) {
         let keep = keep.next_multiple_of(WIDTH).min(self.size());
         let next = self.basis.pop().expect("the next block is always there");
-        self.basis = combinations(&self.basis, &ritz.vectors.columns(0, keep).into_owned());
+        transform(&mut self.basis, &ritz.vectors.columns(0, keep).into_owned());
         self.basis.push(next);
         self.projected = DMatrix::zeros(keep, keep);
         self.coupled_to_all = true;
@@ -203,12 +203,13 @@ impl<'a> KrylovSpace<'a> {
     /// The first `count` Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under
     /// the operator, which costs nothing here and makes residuals of Lφ = λMφ as small as those of the inverse problem
     /// (Ericsson and Ruhe 1980, §4). In the order of the vertices.
-    pub(crate) fn functions(&self, ritz: &Ritz, count: usize) -> Vec<Panel> {
+    pub(crate) fn into_functions(mut self, ritz: &Ritz, count: usize) -> Vec<Panel> {
         let size = self.size();
         let coefficients = DMatrix::from_fn(size + WIDTH, count, |i, j| {
             if i < size { ritz.vectors[(i, j)] } else { ritz.remainders[(i - size, j)] / ritz.values[j] }
         });
-        let mut functions = combinations(&self.basis, &coefficients);
+        let mut functions = std::mem::take(&mut self.basis);
+        transform(&mut functions, &coefficients);
         // The remainders tilt the functions by no more than the residuals: the factor is all but the identity.
         orthonormalise(&self.mass, &mut functions, count).expect("Ritz functions are independent");
         let (_, position) = self.inverse.order();

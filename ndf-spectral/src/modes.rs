@@ -182,9 +182,9 @@ impl Solver<'_> {
         self.stop_if_cancelled()?;
         let mut space = KrylovSpace::new(self.operator, inverse);
         let eigenvalue = |theta: f64| theta.recip() - shift;
-        let finish = |space: &KrylovSpace<'_>, ritz: &Ritz, found: usize, verified: bool| {
+        let finish = |space: KrylovSpace<'_>, ritz: &Ritz, found: usize, verified: bool| {
             let values: Vec<f64> = ritz.values[..found].iter().copied().map(eigenvalue).collect();
-            let functions: Vec<Panel> = if found > 0 { space.functions(ritz, found) } else { Vec::new() };
+            let functions = if found > 0 { space.into_functions(ritz, found) } else { Vec::new() };
             let write = |k: usize, target: &mut [f64]| {
                 let panel = &functions[k / WIDTH];
                 target.iter_mut().zip(panel).for_each(|(x, row)| *x = row.0[k % WIDTH]);
@@ -197,7 +197,7 @@ impl Solver<'_> {
             let converged = ritz.converged(wanted, self.options.tolerance);
             if converged < wanted {
                 if round == self.options.max_restarts {
-                    let found = Box::new(finish(&space, &ritz, converged, false));
+                    let found = Box::new(finish(space, &ritz, converged, false));
                     return Err(SpectralError::NotConverged {
                         found,
                         asked: self.options.count,
@@ -212,7 +212,7 @@ impl Solver<'_> {
                 false => None,
             };
             if missing.is_none_or(|missing| missing == 0) || round == self.options.max_restarts {
-                return Ok(finish(&space, &ritz, wanted, missing == Some(0)));
+                return Ok(finish(space, &ritz, wanted, missing == Some(0)));
             }
             space.restart(&ritz, wanted);
             space.renew_block();

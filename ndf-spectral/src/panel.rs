@@ -107,35 +107,49 @@ impl Kernel for Products<'_> {
 
 /// `target += factor · (a₁, a₂, …) · coefficients`. O(n · functions).
 pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &DMatrix<f64>) {
-    add_combinations(std::slice::from_mut(target), a, &(factor * coefficients));
+    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, WIDTH));
+    let blocks: Vec<[Row; WIDTH]> = (0..a.len()).map(|i| block(coefficients, i, 0, factor)).collect();
+    target.par_chunks_mut(SLICE).enumerate().for_each(|(slice, target)| {
+        for (a, block) in a.iter().zip(&blocks) {
+            let a = &a[slice * SLICE..][..target.len()];
+            simd::run(Combination { target: &mut *target, a, block });
+        }
+    });
 }
 
-/// Adds `(a₁, a₂, …) · coefficients` to the targets, slice by slice of all, so that `a` is read once.
-fn add_combinations(targets: &mut [Panel], a: &[Panel], coefficients: &DMatrix<f64>) {
-    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, targets.len() * WIDTH));
-    let block = |i: usize, j: usize| {
-        let entry = |r, c| coefficients[(i * WIDTH + r, j * WIDTH + c)];
-        std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
-    };
-    let blocks: Vec<Vec<[Row; WIDTH]>> =
-        (0..targets.len()).map(|j| (0..a.len()).map(|i| block(i, j)).collect()).collect();
+/// Block (i, j) of coefficients times a factor, zero where they end.
+fn block(coefficients: &DMatrix<f64>, i: usize, j: usize, factor: f64) -> [Row; WIDTH] {
+    let entry = |r, c| coefficients.get((i * WIDTH + r, j * WIDTH + c)).map_or(0.0, |x| factor * x);
+    std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
+}
+
+/// `(a₁, a₂, …) ← (a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, no more than there
+/// were, up to zeros at the end. In place. O(n · functions²).
+pub(crate) fn transform(a: &mut Vec<Panel>, coefficients: &DMatrix<f64>) {
+    debug_assert!(coefficients.nrows() <= a.len() * WIDTH && coefficients.ncols() <= a.len() * WIDTH);
+    let results = coefficients.ncols().div_ceil(WIDTH);
+    let column = |j| (0..a.len()).map(|i| block(coefficients, i, j, 1.0)).collect();
+    let blocks: Vec<Vec<[Row; WIDTH]>> = (0..results).map(column).collect();
     let mut slices: Vec<Vec<&mut [Row]>> = Vec::new();
-    for target in targets {
-        for (slice, rows) in target.chunks_mut(SLICE).enumerate() {
+    for panel in &mut *a {
+        for (slice, rows) in panel.chunks_mut(SLICE).enumerate() {
             if slice == slices.len() {
                 slices.push(Vec::new());
             }
             slices[slice].push(rows);
         }
     }
-    slices.into_par_iter().enumerate().for_each(|(slice, targets)| {
-        for (target, blocks) in targets.into_iter().zip(&blocks) {
-            for (a, block) in a.iter().zip(blocks) {
-                let a = &a[slice * SLICE..][..target.len()];
+    slices.into_par_iter().for_each(|mut panels| {
+        let rows = panels.first().map_or(0, |rows| rows.len());
+        let mut transformed = vec![Row::default(); rows * results];
+        for (target, blocks) in transformed.chunks_mut(rows).zip(&blocks) {
+            for (a, block) in panels.iter().zip(blocks) {
                 simd::run(Combination { target: &mut *target, a, block });
             }
         }
+        panels.iter_mut().zip(transformed.chunks(rows)).for_each(|(rows, new)| rows.copy_from_slice(new));
     });
+    a.truncate(results);
 }
 
 struct Combination<'a> {
@@ -164,16 +178,6 @@ impl Kernel for Combination<'_> {
     }
 }
 
-/// `(a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, up to zeros at the end.
-pub(crate) fn combinations(a: &[Panel], coefficients: &DMatrix<f64>) -> Vec<Panel> {
-    let rows = a.first().map_or(0, Vec::len);
-    let padded =
-        coefficients.clone().resize(a.len() * WIDTH, coefficients.ncols().next_multiple_of(WIDTH), 0.0);
-    let mut combined = vec![vec![Row::default(); rows]; padded.ncols() / WIDTH];
-    add_combinations(&mut combined, a, &padded);
-    combined
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,7 +202,9 @@ mod tests {
             epsilon = 1e-9
         );
         let coefficients = DMatrix::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
-        let combined = combinations(&panels, &coefficients);
+        let mut combined = panels.clone();
+        transform(&mut combined, &coefficients);
+        assert_eq!(combined.len(), 11_usize.div_ceil(WIDTH));
         let expected = &dense * &coefficients;
         for (i, j) in [(0, 0), (5, 10), (SLICE + 1, 7), (2 * SLICE + 16, 8)] {
             assert_relative_eq!(combined[j / WIDTH][i].0[j % WIDTH], expected[(i, j)], epsilon = 1e-9);
