@@ -6,7 +6,7 @@ use std::process::Command;
 
 use clap::Args;
 use ndf_core::io::write_mesh;
-use ndf_core::{ManifoldMesh, SurfacePoint};
+use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
 use ndf_geodesic::{ExactOptions, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use serde_json::{Value, json};
@@ -146,7 +146,7 @@ const VTP_MESH: &str = "mesh.obj";
 fn write_rival_files(mesh: &ManifoldMesh, scratch: &Scratch) -> Result<(), String> {
     let mesh = mesh.as_triangle_mesh();
     write_mesh(scratch.path().join(VTP_MESH), mesh, &[]).map_err(|e| e.to_string())?;
-    let coordinates = mesh.positions().iter().flat_map(|p| p.to_array());
+    let coordinates = mesh.positions().iter().flat_map(DVec3::to_array);
     scratch.write("positions.f64", coordinates.map(f64::to_le_bytes))?;
     scratch.write("faces.u32", mesh.faces().iter().flatten().map(|v| v.to_le_bytes()))
 }

@@ -98,9 +98,12 @@ fn publish(command: &str, options: &Options, tables: &str) -> Result<(), String>
     }
 }
 
+/// What a column shows of a row, if the row has it.
+type Cell<'a> = &'a dyn Fn(&Value) -> Option<String>;
+
 /// A table of rows, with the cells of every column made by a function; rows without any figure in the last column are
 /// left out.
-fn table(rows: &[Value], columns: &[(&str, &dyn Fn(&Value) -> Option<String>)]) -> String {
+fn table(rows: &[Value], columns: &[(&str, Cell<'_>)]) -> String {
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut table = line(columns.iter().map(|(name, _)| (*name).to_owned()).collect());
     table +=
