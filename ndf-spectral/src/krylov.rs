@@ -1,10 +1,11 @@
 //! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
 //!
 //! The space grows by blocks: a factor is read once for a whole block of solves, which is what they cost, and blocks
-//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all before
-//! it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as computed, so that a restart is no
-//! more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric eigenvalue
-//! problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe 1980.
+//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all
+//! before it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as
+//! computed, so that a restart is no more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for
+//! large symmetric eigenvalue problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe
+//! 1980.
 //!
 //! Functions are stored in the order of the factor's rows, so that solves need not permute them.
 //!
@@ -24,7 +25,7 @@ use crate::components::Components;
 use crate::factorization::Cholesky;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
-use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, transform};
+use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, products_through, transform};
 
 /// A Krylov space with the operator projected onto it.
 pub(crate) struct KrylovSpace<'a> {
@@ -110,20 +111,19 @@ impl<'a> KrylovSpace<'a> {
         multiply(&self.mass, &noise, &mut block);
         self.inverse.solve_in_order(&mut block);
         for _ in 0..2 {
-            self.orthogonalise(&mut block, 0);
+            self.orthogonalise(&mut block);
         }
         let mut block = vec![block];
         orthonormalise(&self.mass, &mut block, WIDTH).expect("random functions are independent");
         block.swap_remove(0)
     }
 
-    /// Takes the means and the part along the basis, from block `first` on, from functions; returns the coefficients of
-    /// that part.
-    fn orthogonalise(&mut self, functions: &mut Panel, first: usize) -> DMatrix<f64> {
+    /// Takes the means and the part along the basis from functions; returns the coefficients of that part.
+    fn orthogonalise(&mut self, functions: &mut Panel) -> DMatrix<f64> {
         multiply(&self.mass, functions, &mut self.massed);
         self.components.remove_means(functions, &self.massed);
-        let coefficients = products(&self.basis[first..], std::slice::from_ref(&self.massed));
-        add_combination(functions, -1.0, &self.basis[first..], &coefficients);
+        let coefficients = products(&self.basis, &self.massed);
+        add_combination(functions, -1.0, &self.basis, &coefficients);
         coefficients
     }
 
@@ -133,12 +133,14 @@ impl<'a> KrylovSpace<'a> {
         let mut image = Panel::new();
         multiply(&self.mass, &self.basis[size / WIDTH], &mut image);
         self.inverse.solve_in_order(&mut image);
-        // First the large part: along the last two blocks, but for the first image after a change of basis. Then all
-        // that rounding has left along the basis.
+        // First the large part: along the last two blocks, but for the first image after a change of basis. Then the
+        // means and all that rounding has left along the basis.
         let first =
             if std::mem::take(&mut self.coupled_to_all) { 0 } else { self.basis.len().saturating_sub(2) };
-        let large = self.orthogonalise(&mut image, first);
-        let mut coefficients = self.orthogonalise(&mut image, 0);
+        let last = &self.basis[first..];
+        let large = products_through(&self.mass, last, std::slice::from_ref(&image));
+        add_combination(&mut image, -1.0, last, &large);
+        let mut coefficients = self.orthogonalise(&mut image);
         let mut rows = coefficients.rows_mut(first * WIDTH, large.nrows());
         rows += large;
         let grown = size + WIDTH;

@@ -6,6 +6,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
 
+use std::ops::Range;
+
 use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::na::DMatrix;
 use pulp::Simd;
@@ -54,30 +56,49 @@ impl Kernel for Multiply<'_> {
     }
 }
 
-/// `(a₁, a₂, …)ᵀ (b₁, b₂, …)`: inner products of all functions with all. O(n · functions²).
-pub(crate) fn products(a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
+/// `(a₁, a₂, …)ᵀ b`: inner products of all functions. O(n · functions).
+pub(crate) fn products(a: &[Panel], b: &[Row]) -> DMatrix<f64> {
+    summed(b.len(), |range| slice_products(a, &b[range.clone()], range))
+}
+
+/// `(a₁, a₂, …)ᵀ matrix (b₁, b₂, …)`. The products with the matrix never leave the cache. O(n · functions²).
+pub(crate) fn products_through(matrix: &CsrMatrix<f64>, a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
     let rows = b.first().map_or(0, Vec::len);
-    let shape = (a.len() * WIDTH, b.len() * WIDTH);
+    summed(rows, |range| {
+        let mut image = vec![Row::default(); range.len()];
+        let mut sums = DMatrix::zeros(a.len() * WIDTH, b.len() * WIDTH);
+        for (j, panel) in b.iter().enumerate() {
+            simd::run(Multiply { matrix, panel, first: range.start, product: &mut image });
+            let block = slice_products(a, &image, range.clone());
+            sums.columns_mut(j * WIDTH, WIDTH).copy_from(&block);
+        }
+        sums
+    })
+}
+
+/// The sum of a matrix for every slice of some rows, in the order of the slices.
+fn summed(rows: usize, slice: impl Fn(Range<usize>) -> DMatrix<f64> + Sync) -> DMatrix<f64> {
     let slices: Vec<DMatrix<f64>> = (0..rows.div_ceil(SLICE))
         .into_par_iter()
-        .map(|slice| {
-            let range = slice * SLICE..rows.min((slice + 1) * SLICE);
-            let mut sums = DMatrix::zeros(shape.0, shape.1);
-            for (j, b) in b.iter().enumerate() {
-                for (i, a) in a.iter().enumerate() {
-                    let block = simd::run(Products { a: &a[range.clone()], b: &b[range.clone()] });
-                    let mut target = sums.view_mut((i * WIDTH, j * WIDTH), (WIDTH, WIDTH));
-                    for (r, row) in block.iter().enumerate() {
-                        for (c, value) in row.0.iter().enumerate() {
-                            target[(r, c)] = *value;
-                        }
-                    }
-                }
-            }
-            sums
-        })
+        .map(|number| slice(number * SLICE..rows.min((number + 1) * SLICE)))
         .collect();
-    slices.into_iter().fold(DMatrix::zeros(shape.0, shape.1), |sum, slice| sum + slice)
+    let mut slices = slices.into_iter();
+    let first = slices.next().unwrap_or_default();
+    slices.fold(first, |sum, slice| sum + slice)
+}
+
+/// Inner products of a slice of functions with rows of others.
+fn slice_products(a: &[Panel], b: &[Row], range: Range<usize>) -> DMatrix<f64> {
+    let mut sums = DMatrix::zeros(a.len() * WIDTH, WIDTH);
+    for (i, a) in a.iter().enumerate() {
+        let block = simd::run(Products { a: &a[range.clone()], b });
+        for (r, row) in block.iter().enumerate() {
+            for (c, value) in row.0.iter().enumerate() {
+                sums[(i * WIDTH + r, c)] = *value;
+            }
+        }
+    }
+    sums
 }
 
 struct Products<'a> {
@@ -181,6 +202,7 @@ impl Kernel for Combination<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assembly::symmetric;
     use crate::orthonormal::Random;
     use approx::assert_relative_eq;
 
@@ -196,11 +218,15 @@ mod tests {
     #[test]
     fn products_and_combinations_are_those_of_matrices() {
         let (panels, dense) = random_panels(3, 2 * SLICE + 17);
+        let rows = dense.nrows();
+        let product = dense.transpose() * dense.columns(WIDTH, 2 * WIDTH);
         assert_relative_eq!(
-            products(&panels, &panels[1..]),
-            dense.transpose() * dense.columns(WIDTH, 2 * WIDTH),
+            products(&panels, &panels[1]),
+            product.columns(0, WIDTH).into_owned(),
             epsilon = 1e-9
         );
+        let twice = symmetric(&vec![2.0; rows], std::iter::empty());
+        assert_relative_eq!(products_through(&twice, &panels, &panels[1..]), 2.0 * product, epsilon = 1e-9);
         let coefficients = DMatrix::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
         let mut combined = panels.clone();
         transform(&mut combined, &coefficients);

@@ -2,9 +2,9 @@
 //!
 //! A supernode is a set of consecutive columns with the same rows below them: a dense trapezoid. With the right-hand
 //! sides stored row by row, each entry of the factor is read once in each direction and used for all of them. The
-//! triangles on the diagonal are inverted once after factoring: a solve then consists of products alone, in which no
-//! row waits for the row before (backward stable for triangles as well conditioned as these; Du Croz and Higham 1992,
-//! "Stability of methods for matrix inversion").
+//! triangles on the diagonal are inverted once after factoring (Du Croz and Higham 1992, "Stability of methods for
+//! matrix inversion"): a solve then consists of products alone, in which no row waits for the row before, and which go
+//! by tiles of rows or columns whose sums stay in registers.
 
 #![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
 
@@ -15,9 +15,6 @@ use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use pulp::Simd;
 
 use crate::simd::{self, Kernel, Row};
-
-/// Rows or columns of a supernode worked on together: their partial results stay in registers.
-const TILE: usize = 8;
 
 /// Where one trapezoid of a factor lies.
 struct Supernode<'a> {
@@ -75,6 +72,22 @@ pub(crate) fn invert_triangles(structure: &SymbolicSupernodalCholesky<usize>, va
     }
 }
 
+/// Cuts a range into tiles, the largest first: where each begins, and how long it is.
+#[inline(always)]
+fn tiles(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    let mut next = 0;
+    std::iter::from_fn(move || {
+        let size = match count - next {
+            0 => return None,
+            1..4 => 1,
+            4..8 => 4,
+            _ => 8,
+        };
+        next += size;
+        Some((next - size, size))
+    })
+}
+
 impl Supernode<'_> {
     /// Applies the triangle's inverse and takes the part of the columns from the rows below.
     #[inline(always)]
@@ -83,34 +96,23 @@ impl Supernode<'_> {
         let own = &mut head[self.start..];
         let (entries, height) = (self.entries(values), self.height());
         // From the last row up: each needs only rows above it, which are still to be replaced.
-        let mut end = self.columns;
-        while end > 0 {
-            let first = end.saturating_sub(TILE);
-            if end - first == TILE {
-                let sums = row_tile::<S, V>(simd, &entries[first..], height, &own[..end]);
-                for t in 0..TILE {
-                    simd::store::<S, V>(&mut own[first + t], sums[t]);
-                }
-            } else {
-                for i in (first..end).rev() {
-                    let sum = row::<S, V>(simd, &entries[i..], height, &own[..=i]);
-                    simd::store::<S, V>(&mut own[i], sum);
-                }
-            }
-            end = first;
-        }
-        let offset = self.start + self.columns;
-        let tiles = self.rows.chunks_exact(TILE);
-        let rest = self.rows.len() - tiles.remainder().len();
-        for (tile, rows) in tiles.enumerate() {
-            let sums = row_tile::<S, V>(simd, &entries[self.columns + tile * TILE..], height, own);
-            for t in 0..TILE {
-                subtract::<S, V>(simd, &mut tail[rows[t] - offset], sums[t]);
+        for (above, size) in tiles(self.columns) {
+            let end = self.columns - above;
+            match size {
+                8 => replace_rows::<S, V, 8>(simd, entries, height, &mut own[..end]),
+                4 => replace_rows::<S, V, 4>(simd, entries, height, &mut own[..end]),
+                _ => replace_rows::<S, V, 1>(simd, entries, height, &mut own[..end]),
             }
         }
-        for (i, &at) in self.rows.iter().enumerate().skip(rest) {
-            let sum = row::<S, V>(simd, &entries[self.columns + i..], height, own);
-            subtract::<S, V>(simd, &mut tail[at - offset], sum);
+        let below = &entries[self.columns..];
+        for (first, size) in tiles(self.rows.len()) {
+            let (entries, rows) = (&below[first..], &self.rows[first..][..size]);
+            let tail = Tail { rows: &mut *tail, offset: self.start + self.columns };
+            match size {
+                8 => subtract_from_rows::<S, V, 8>(simd, entries, height, own, tail, rows),
+                4 => subtract_from_rows::<S, V, 4>(simd, entries, height, own, tail, rows),
+                _ => subtract_from_rows::<S, V, 1>(simd, entries, height, own, tail, rows),
+            }
         }
     }
 
@@ -119,81 +121,136 @@ impl Supernode<'_> {
     fn backward<S: Simd, const V: usize>(&self, simd: S, values: &[f64], x: &mut [Row]) {
         let (head, tail) = x.split_at_mut(self.start + self.columns);
         let own = &mut head[self.start..];
-        let tail = |row: usize| &tail[row - self.start - self.columns];
         let entries = self.entries(values);
-        let column = |j: usize| &entries[j * self.height()..][..self.height()];
-        let tiles = self.columns / TILE * TILE;
-        for first in (0..tiles).step_by(TILE) {
-            let below: [&[f64]; TILE] = std::array::from_fn(|t| &column(first + t)[self.columns..]);
-            let mut sums = [simd::zero::<S, V>(simd); TILE];
-            for (i, &row) in self.rows.iter().enumerate() {
-                let x = simd::load::<S, V>(simd, tail(row));
-                for t in 0..TILE {
-                    sums[t] = simd::add(simd, sums[t], below[t][i], x);
-                }
+        for (first, size) in tiles(self.columns) {
+            match size {
+                8 => self.subtract_rows_below::<S, V, 8>(simd, entries, first, own, tail),
+                4 => self.subtract_rows_below::<S, V, 4>(simd, entries, first, own, tail),
+                _ => self.subtract_rows_below::<S, V, 1>(simd, entries, first, own, tail),
             }
-            for t in 0..TILE {
-                subtract::<S, V>(simd, &mut own[first + t], sums[t]);
-            }
-        }
-        for j in tiles..self.columns {
-            let mut sum = simd::zero::<S, V>(simd);
-            for (&row, &entry) in self.rows.iter().zip(&column(j)[self.columns..]) {
-                sum = simd::add(simd, sum, entry, simd::load(simd, tail(row)));
-            }
-            subtract::<S, V>(simd, &mut own[j], sum);
         }
         // From the first row down: each needs only rows from its own on.
-        for first in (0..tiles).step_by(TILE) {
-            let triangle: [&[f64]; TILE] = std::array::from_fn(|t| &column(first + t)[first..self.columns]);
-            let mut sums = [simd::zero::<S, V>(simd); TILE];
-            for (i, row) in own[first..].iter().enumerate() {
-                let x = simd::load::<S, V>(simd, row);
-                for t in 0..TILE {
-                    sums[t] = simd::add(simd, sums[t], triangle[t][i], x);
-                }
-            }
-            for t in 0..TILE {
-                simd::store::<S, V>(&mut own[first + t], sums[t]);
+        for (first, size) in tiles(self.columns) {
+            match size {
+                8 => self.replace_by_columns::<S, V, 8>(simd, entries, first, own),
+                4 => self.replace_by_columns::<S, V, 4>(simd, entries, first, own),
+                _ => self.replace_by_columns::<S, V, 1>(simd, entries, first, own),
             }
         }
-        for j in tiles..self.columns {
-            let mut sum = simd::zero::<S, V>(simd);
-            for (row, &entry) in own[j..].iter().zip(&column(j)[j..]) {
-                sum = simd::add(simd, sum, entry, simd::load(simd, row));
+    }
+
+    /// `T` columns from some row on to another.
+    #[inline(always)]
+    fn columns<'v, const T: usize>(
+        &self,
+        entries: &'v [f64],
+        first: usize,
+        rows: std::ops::Range<usize>,
+    ) -> [&'v [f64]; T] {
+        std::array::from_fn(|t| &entries[(first + t) * self.height()..][rows.clone()])
+    }
+
+    /// Takes from `T` functions' rows the products of their columns with the rows below.
+    #[inline(always)]
+    fn subtract_rows_below<S: Simd, const V: usize, const T: usize>(
+        &self,
+        simd: S,
+        entries: &[f64],
+        first: usize,
+        own: &mut [Row],
+        tail: &[Row],
+    ) {
+        let below = self.columns::<T>(entries, first, self.columns..self.height());
+        let mut sums = [simd::zero::<S, V>(simd); T];
+        for (i, &row) in self.rows.iter().enumerate() {
+            let x = simd::load::<S, V>(simd, &tail[row - self.start - self.columns]);
+            for t in 0..T {
+                sums[t] = simd::add(simd, sums[t], below[t][i], x);
             }
-            simd::store::<S, V>(&mut own[j], sum);
+        }
+        for t in 0..T {
+            subtract::<S, V>(simd, &mut own[first + t], sums[t]);
+        }
+    }
+
+    /// Replaces `T` rows by the products of their columns in the triangle with all rows from there on.
+    #[inline(always)]
+    fn replace_by_columns<S: Simd, const V: usize, const T: usize>(
+        &self,
+        simd: S,
+        entries: &[f64],
+        first: usize,
+        own: &mut [Row],
+    ) {
+        let triangle = self.columns::<T>(entries, first, first..self.columns);
+        let mut sums = [simd::zero::<S, V>(simd); T];
+        for (i, row) in own[first..].iter().enumerate() {
+            let x = simd::load::<S, V>(simd, row);
+            for t in 0..T {
+                sums[t] = simd::add(simd, sums[t], triangle[t][i], x);
+            }
+        }
+        for t in 0..T {
+            simd::store::<S, V>(&mut own[first + t], sums[t]);
         }
     }
 }
 
-/// Products of `TILE` rows of a matrix, the first starting at the first entry, with functions.
+/// Replaces the last `T` of some rows by the products of the same rows of a matrix with all of them.
 #[inline(always)]
-fn row_tile<S: Simd, const V: usize>(
+fn replace_rows<S: Simd, const V: usize, const T: usize>(
+    simd: S,
+    entries: &[f64],
+    height: usize,
+    functions: &mut [Row],
+) {
+    let first = functions.len() - T;
+    let sums = products::<S, V, T>(simd, &entries[first..], height, functions);
+    for t in 0..T {
+        simd::store::<S, V>(&mut functions[first + t], sums[t]);
+    }
+}
+
+/// The rows after those of a supernode.
+struct Tail<'a> {
+    rows: &'a mut [Row],
+    /// The number of the first.
+    offset: usize,
+}
+
+/// Takes from `T` rows the products of as many rows of a matrix with functions.
+#[inline(always)]
+fn subtract_from_rows<S: Simd, const V: usize, const T: usize>(
     simd: S,
     entries: &[f64],
     height: usize,
     functions: &[Row],
-) -> [[S::f64s; V]; TILE] {
-    let mut sums = [simd::zero::<S, V>(simd); TILE];
+    tail: Tail<'_>,
+    rows: &[usize],
+) {
+    let sums = products::<S, V, T>(simd, entries, height, functions);
+    for t in 0..T {
+        subtract::<S, V>(simd, &mut tail.rows[rows[t] - tail.offset], sums[t]);
+    }
+}
+
+/// Products of `T` rows of a matrix with functions; columns are `height` entries apart.
+#[inline(always)]
+fn products<S: Simd, const V: usize, const T: usize>(
+    simd: S,
+    entries: &[f64],
+    height: usize,
+    functions: &[Row],
+) -> [[S::f64s; V]; T] {
+    let mut sums = [simd::zero::<S, V>(simd); T];
     for (j, function) in functions.iter().enumerate() {
-        let entries = &entries[j * height..][..TILE];
+        let entries = &entries[j * height..][..T];
         let x = simd::load::<S, V>(simd, function);
-        for t in 0..TILE {
+        for t in 0..T {
             sums[t] = simd::add(simd, sums[t], entries[t], x);
         }
     }
     sums
-}
-
-/// The product of one row of a matrix, starting at the first entry, with functions.
-#[inline(always)]
-fn row<S: Simd, const V: usize>(simd: S, entries: &[f64], height: usize, functions: &[Row]) -> [S::f64s; V] {
-    let mut sum = simd::zero::<S, V>(simd);
-    for (j, function) in functions.iter().enumerate() {
-        sum = simd::add(simd, sum, entries[j * height], simd::load(simd, function));
-    }
-    sum
 }
 
 /// `target −= x` in memory.

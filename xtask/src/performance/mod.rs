@@ -1,6 +1,6 @@
 //! What geodesics and spectra cost, and what rivals take on the same meshes: the tables of docs/performance.md.
 //!
-//! Every mesh is measured in a process of its own, on one thread; rivals take turns with ours there.
+//! Every mesh is measured in a process of its own, in which rivals take turns with ours.
 
 mod geodesics;
 mod meshes;
@@ -15,6 +15,7 @@ use serde_json::Value;
 use crate::document::replace_table;
 use crate::shell::root;
 use meshes::MeshName;
+use process::Threads;
 
 /// What both tables are made with.
 #[derive(Args, Clone, Debug)]
@@ -54,37 +55,56 @@ pub(crate) fn measure(mesh: OneMesh) -> Result<(), String> {
 /// The tables of geodesics.
 pub(crate) fn geodesics(options: &Options, vtp: Option<&Path>) -> Result<(), String> {
     let vtp = vtp.map(|program| vec!["--vtp".to_owned(), program.display().to_string()]);
-    let rows = rows("geodesics", options, geodesics::MESHES, &vtp.unwrap_or_default())?;
+    let rows = rows("geodesics", options, geodesics::MESHES, &vtp.unwrap_or_default(), Threads::One)?;
     publish("cargo xtask geodesics", options, &geodesics::tables(&rows))
 }
 
 /// The tables of spectra.
 pub(crate) fn spectra(options: &Options) -> Result<(), String> {
-    let rows = rows("spectra", options, spectra::MESHES, &[])?;
+    let mut rows = rows("spectra", options, spectra::MESHES, &[], Threads::One)?;
+    // Ratios to rivals once more with all threads; other figures are those of one thread.
+    let beside_rivals = rows.iter_mut().filter(|row| row["seconds_superlu"].is_number());
+    for row in beside_rivals {
+        let again = row["mesh"].as_str().unwrap_or_default().to_owned();
+        spectra::add_all_threads(row, &measured("spectra", options, &again, &[], Threads::Default)?);
+    }
     publish("cargo xtask spectra", options, &spectra::tables(&rows))
 }
 
 /// One object for every mesh.
-fn rows(kind: &str, options: &Options, usual: &[&str], more: &[String]) -> Result<Vec<Value>, String> {
+fn rows(
+    kind: &str,
+    options: &Options,
+    usual: &[&str],
+    more: &[String],
+    threads: Threads,
+) -> Result<Vec<Value>, String> {
     let names: Vec<String> = if options.meshes.is_empty() {
         usual.iter().map(|&name| name.to_owned()).collect()
     } else {
         options.meshes.iter().map(ToString::to_string).collect()
     };
+    names.iter().map(|name| measured(kind, options, name, more, threads)).collect()
+}
+
+/// The object of one mesh, from a process of its own.
+fn measured(
+    kind: &str,
+    options: &Options,
+    mesh: &str,
+    more: &[String],
+    threads: Threads,
+) -> Result<Value, String> {
     let data = root().join(&options.data);
-    let row = |name: &String| {
-        let mut arguments =
-            vec!["measure".to_owned(), kind.to_owned(), name.clone(), data.display().to_string()];
-        arguments.extend(["--repeat".to_owned(), options.repeat.to_string()]);
-        if let Some(python) = &options.python {
-            arguments.extend(["--python".to_owned(), python.display().to_string()]);
-        }
-        arguments.extend_from_slice(more);
-        let row = process::in_own_process(&arguments)?;
-        eprintln!("{row}");
-        Ok(row)
-    };
-    names.iter().map(row).collect()
+    let mut arguments = ["measure", kind, mesh].map(str::to_owned).to_vec();
+    arguments.extend([data.display().to_string(), "--repeat".to_owned(), options.repeat.to_string()]);
+    if let Some(python) = &options.python {
+        arguments.extend(["--python".to_owned(), python.display().to_string()]);
+    }
+    arguments.extend_from_slice(more);
+    let row = process::in_own_process(&arguments, threads)?;
+    eprintln!("{row}");
+    Ok(row)
 }
 
 /// Writes tables to the document, or prints them where they are not of the usual meshes.

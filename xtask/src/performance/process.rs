@@ -10,21 +10,30 @@ use serde_json::Value;
 
 use crate::shell::root;
 
-/// Variables that keep every library on one thread.
-const ONE_THREAD: &[(&str, &str)] = &[
-    ("RAYON_NUM_THREADS", "1"),
-    ("OMP_NUM_THREADS", "1"),
-    ("OPENBLAS_NUM_THREADS", "1"),
-    ("MKL_NUM_THREADS", "1"),
-];
+/// Variables that say how many threads libraries take.
+const THREADS: &[&str] = &["RAYON_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
-/// Runs this program once more with other arguments, on one thread, and reads the JSON it prints: a process of its own
-/// for every mesh, so that memory is that mesh's.
-pub(crate) fn in_own_process(arguments: &[String]) -> Result<Value, String> {
+/// How many threads a process and the rivals it starts may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Threads {
+    One,
+    /// As many as each takes of its own accord.
+    Default,
+}
+
+/// Runs this program once more with other arguments and reads the JSON it prints: a process of its own for every mesh,
+/// so that memory is that mesh's.
+pub(crate) fn in_own_process(arguments: &[String], threads: Threads) -> Result<Value, String> {
     let program = std::env::current_exe().map_err(|e| format!("own path: {e}"))?;
-    let output = Command::new(program)
+    let mut command = Command::new(program);
+    for variable in THREADS {
+        match threads {
+            Threads::One => command.env(variable, "1"),
+            Threads::Default => command.env_remove(variable),
+        };
+    }
+    let output = command
         .args(arguments)
-        .envs(ONE_THREAD.iter().copied())
         .stderr(Stdio::inherit())
         .output()
         .map_err(|e| format!("{arguments:?}: {e}"))?;
@@ -41,10 +50,15 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (start.elapsed().as_secs_f64(), result)
 }
 
-/// The middle one of some numbers.
+/// The median of some numbers.
 pub(crate) fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
+    let middle = numbers.len() / 2;
+    match numbers[..] {
+        [] => f64::NAN,
+        _ if numbers.len() % 2 == 1 => numbers[middle],
+        _ => 0.5 * (numbers[middle - 1] + numbers[middle]),
+    }
 }
 
 /// Megabytes this process holds, and the most it has held since the last [`forget_peak`]; `None` where the system does
@@ -110,7 +124,6 @@ impl PythonPeer {
         let mut process = Command::new(python)
             .arg(root().join("xtask/peers").join(script))
             .args(arguments)
-            .envs(ONE_THREAD.iter().copied())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
