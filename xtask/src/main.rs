@@ -4,6 +4,8 @@ mod ablation;
 mod arrows;
 mod ci;
 mod representations;
+mod document;
+mod performance;
 mod shell;
 mod table;
 
@@ -36,6 +38,22 @@ enum Task {
         #[arg(long)]
         truth: Option<PathBuf>,
     },
+    /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
+    Geodesics {
+        #[command(flatten)]
+        options: performance::Options,
+        /// VTP's program (YipengQin/VTP_source_code)
+        #[arg(long)]
+        vtp: Option<PathBuf>,
+    },
+    /// Time eigenmodes, beside SciPy if an interpreter is given, and write the tables of docs/performance.md
+    Spectra {
+        #[command(flatten)]
+        options: performance::Options,
+    },
+    /// What the two above run in a process of its own for every mesh
+    #[command(subcommand, hide = true)]
+    Measure(performance::OneMesh),
 }
 
 fn main() -> ExitCode {
@@ -45,6 +63,9 @@ fn main() -> ExitCode {
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
         Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),
+        Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
+        Task::Spectra { options } => performance::spectra(&options),
+        Task::Measure(mesh) => performance::measure(mesh),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
