@@ -88,5 +88,7 @@ fn absurd_lengths_are_refused() {
     };
     assert_eq!(error(-1.0), ExtractionError::EdgeLength(-1.0));
     assert!(matches!(error(f64::NAN), ExtractionError::EdgeLength(_)));
-    assert_eq!(error(1e-9), ExtractionError::TooManyFaces(1000));
+    for h in [1e-9, 1e-200, f64::MIN_POSITIVE] {
+        assert_eq!(error(h), ExtractionError::TooManyFaces(1000));
+    }
 }

@@ -16,6 +16,7 @@
 mod chords;
 mod coarse;
 mod coarsen;
+mod curve;
 mod relax;
 mod report;
 mod subdivide;

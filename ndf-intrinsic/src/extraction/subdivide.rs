@@ -5,9 +5,10 @@
 //! to know of other faces is whether they halve a side as well, and that is a matter of the side alone.
 
 use ndf_core::sampling::FaceSample;
-use ndf_core::{BoundingBox, DVec3, DisplacementField};
+use ndf_core::{DVec3, DisplacementField};
 use rayon::prelude::*;
 
+use super::curve::curve_order;
 use super::map;
 use super::templates::{Gluing, Templates};
 use super::{ExtractionError, ExtractionOptions, Surface, Work};
@@ -84,7 +85,7 @@ pub(super) fn subdivide(
     let mut forest = Forest::of(triangulation.mesh(), &order);
     let mut layouts = Vec::new();
     let needed = (forest.longest(&points) / limit).log2().ceil().max(0.0) as usize;
-    for _ in 0..(needed + EXTRA_ROUNDS).min(MOST_ROUNDS) {
+    for _ in 0..needed.saturating_add(EXTRA_ROUNDS).min(MOST_ROUNDS) {
         let Some(growth) = forest.plan(&points, limit) else { break };
         if growth.leaves > options.most_faces {
             return Err(ExtractionError::TooManyFaces(options.most_faces));
@@ -104,33 +105,6 @@ pub(super) fn subdivide(
         work.rounds += 1;
     }
     Ok(forest.assemble(&origins, &points))
-}
-
-/// Faces along a curve that fills space.
-fn curve_order(mesh: &IntrinsicMesh, points: &[DVec3]) -> Vec<u32> {
-    let bounds = BoundingBox::of_points(points);
-    let mut order: Vec<(u64, u32)> = (0..mesh.face_count() as u32)
-        .into_par_iter()
-        .map(|f| {
-            let corners = mesh.face_vertices(f).map(|v| points[v as usize]);
-            (morton((corners.iter().sum::<DVec3>() / 3.0 - bounds.min) / bounds.diagonal()), f)
-        })
-        .collect();
-    order.par_sort_unstable();
-    order.into_iter().map(|(_, f)| f).collect()
-}
-
-/// Where a point of the unit cube lies along the Z curve (Morton 1966), to 21 binary digits an axis.
-fn morton(p: DVec3) -> u64 {
-    let digits = p.to_array().map(|x| (x.clamp(0.0, 1.0) * f64::from((1_u32 << 21) - 1)) as u64);
-    // Digits are spread to every third place by halves, quarters and so on.
-    let spread = |x: u64| {
-        [(32, 0x001f_0000_0000_ffff), (16, 0x001f_0000_ff00_00ff), (8, 0x100f_00f0_0f00_f00f)]
-            .into_iter()
-            .chain([(4, 0x10c3_0c30_c30c_30c3), (2, 0x1249_2492_4924_9249)])
-            .fold(x, |x, (shift, mask)| (x | x << shift) & mask)
-    };
-    spread(digits[0]) | spread(digits[1]) << 1 | spread(digits[2]) << 2
 }
 
 /// What a round adds.
