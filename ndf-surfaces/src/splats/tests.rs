@@ -221,6 +221,22 @@ fn bad_files_are_refused() {
 }
 
 #[test]
+fn samples_of_every_format_are_read_and_survived_damaged() {
+    for (name, whole) in samples::all() {
+        let (_, splats) = parse_splats(&whole).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(splats.len() == 2 && splats.iter().all(Splat::is_sound), "{name}: {splats:?}");
+        for end in 0..whole.len() {
+            let _ = parse_splats(&whole[..end]);
+        }
+        for k in 0..8 * whole.len() {
+            let mut changed = whole.clone();
+            changed[k / 8] ^= 1 << (k % 8);
+            let _ = parse_splats(&changed);
+        }
+    }
+}
+
+#[test]
 fn damaged_real_files_are_survived() {
     for name in
         ["minimal-v2.spz", "minimal-v3.spz", "minimal-v4.spz", "3-points-from-train.ply", "minimal.splat"]
