@@ -122,7 +122,7 @@ impl Exchange {
         let folder = std::env::temp_dir().join(format!("ndf-point-winding-number-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("the temporary folder can be written to");
         let exchange = Self(folder);
-        let flat = |vectors: &[DVec3]| vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<f64>>();
+        let flat = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<f64>>();
         exchange.write("positions", &flat(&cloud.positions));
         exchange.write("normals", &flat(&cloud.normals));
         exchange.write("areas", &cloud.areas);

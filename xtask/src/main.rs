@@ -2,6 +2,7 @@
 
 mod arrows;
 mod ci;
+mod representations;
 mod shell;
 mod table;
 
@@ -24,6 +25,14 @@ enum Task {
         #[arg(long, default_value = "../shared/data/mesh")]
         data: PathBuf,
     },
+    /// Fit an input of any kind with the default preset and write its row in docs/representations.md
+    Representations {
+        /// The input
+        file: PathBuf,
+        /// The mesh it was made from, in its coordinates
+        #[arg(long)]
+        truth: Option<PathBuf>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -31,6 +40,7 @@ fn main() -> ExitCode {
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
+        Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

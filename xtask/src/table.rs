@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, fit_file};
+use ndf_cli::commands::fit::{Job, Training, fit_file};
 use ndf_cli::context::{Context, Options};
+use ndf_cli::input::{BaseSource, Reading};
 use ndf_core::metrics::{MeasureOptions, measure};
-use ndf_train::Settings;
 
 use crate::shell::root;
 
@@ -47,10 +47,14 @@ pub(crate) fn run(data: &Path) -> Result<(), String> {
 
 fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-    let (fitted, _) =
-        fit_file(&Job::new(path, BASE_FACES, Settings::default()), context).map_err(|e| say(&e))?;
+    let reading = Reading::default();
+    let job = Job::new(path, &reading, BASE_FACES, Training::default());
+    let (fitted, _) = fit_file(&job, context).map_err(|e| say(&e))?;
     let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
-    let reference = fitted.input.manifold.as_ref().map_err(|e| say(e))?.as_triangle_mesh();
+    let BaseSource::Manifold(reference) = &fitted.input.base else {
+        return Err(say(&"it is no clean manifold"));
+    };
+    let reference = reference.as_triangle_mesh();
     let options = MeasureOptions::default();
     let base = measure(reference, fitted.base.as_triangle_mesh(), &options).map_err(|e| say(&e))?;
     let learned = measure(reference, surface.as_triangle_mesh(), &options).map_err(|e| say(&e))?;

@@ -125,9 +125,10 @@ fn ranges(hierarchy: &Hierarchy) -> Vec<[Range<usize>; WIDTH]> {
                 Child::Empty => 0..0,
                 Child::Leaf { start, end } => start as usize..end as usize,
                 Child::Node(below) => {
-                    // Items of a subtree are consecutive.
-                    let filled = ranges[below as usize].iter().filter(|range| !range.is_empty());
-                    filled.fold(usize::MAX..0, |all, r| all.start.min(r.start)..all.end.max(r.end))
+                    // Items of a subtree are consecutive, and the children in their order.
+                    let mut filled = ranges[below as usize].iter().filter(|range| !range.is_empty());
+                    let first = filled.next().map_or(0..0, Range::clone);
+                    first.start..filled.next_back().map_or(first.end, |last| last.end)
                 }
             };
         }
