@@ -45,7 +45,6 @@ pub fn torch_pickle(strides: [u8; 2]) -> Vec<u8> {
     p
 }
 
-
 /// A file of the format before PyTorch 1.6 with the tensor of [`torch_pickle`].
 pub fn torch_legacy() -> Vec<u8> {
     let mut bytes = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19.\x80\x02M\xe9\x03.\x80\x02}q\x00.".to_vec();
@@ -72,11 +71,18 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let list: &[u8] = b"\x80\x02]cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85U\x01b\x87R\
         (K\x01K\x03\x85cnumpy\ndtype\nX\x02\x00\x00\x00f4K\x00K\x01\x87R\x89U\x0c\x00\x00\x80?\x00\x00\x00@\x00\x00@@tba.";
     let torus = Torus { ring: 0.5, tube: 0.2 };
-    let few: Vec<(String, Tensor)> = torus.as_neus().into_iter().filter(|(name, _)| name.ends_with("bias")).collect();
+    let few: Vec<(String, Tensor)> =
+        torus.as_neus().into_iter().filter(|(name, _)| name.ends_with("bias")).collect();
     vec![
         ("six.npy", npy("<f4", "(2, 3)", &six)),
         ("objects.npy", npy("|O", "(1,)", list)),
-        ("six.npz", zip_of(&[("0000.dense.A.npy", &npy("<f4", "(3, 2)", &six)), ("0000.dense.b.npy", &npy("<f4", "(2,)", &six[..8]))])),
+        (
+            "six.npz",
+            zip_of(&[
+                ("0000.dense.A.npy", &npy("<f4", "(3, 2)", &six)),
+                ("0000.dense.b.npy", &npy("<f4", "(2,)", &six[..8])),
+            ]),
+        ),
         ("zip.pth", zip_of(&[("a/data.pkl", &torch_pickle([3, 1])), ("a/data/0", &six)])),
         ("legacy.pth", torch_legacy()),
         ("keras.h5", keras()),
