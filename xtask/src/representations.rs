@@ -31,8 +31,7 @@ const TABLE: [&str; 2] =
     ["<!-- table: cargo xtask representations FILE [--truth MESH] -->\n", "<!-- end of table -->"];
 
 /// Where the rows of cached fields go.
-const CACHES: [&str; 2] =
-    ["<!-- caches: cargo xtask representations FILE -->\n", "<!-- end of caches -->"];
+const CACHES: [&str; 2] = ["<!-- caches: cargo xtask representations FILE -->\n", "<!-- end of caches -->"];
 
 /// Fits a file and puts its row into the table, in the place of an earlier one of the same file.
 pub(crate) fn run(file: &Path, truth: Option<&Path>) -> Result<(), String> {
