@@ -3,9 +3,9 @@
 mod ablation;
 mod arrows;
 mod ci;
-mod representations;
 mod document;
 mod performance;
+mod representations;
 mod shell;
 mod table;
 

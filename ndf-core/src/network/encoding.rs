@@ -25,7 +25,14 @@ pub fn sin_cos_pi<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
         others.iter().rev().fold(simd.splat_f32s(*last), horner)
     };
     // Through Chebyshev nodes; the error is below 1e-10.
-    let s = polynomial(&[3.141_592_7, -5.167_712_8, 2.550_163_3, -0.599_252_2, 0.082_050_35, -0.007_028_304]);
+    let s = polynomial(&[
+        std::f32::consts::PI,
+        -5.167_712_8,
+        2.550_163_3,
+        -0.599_252_2,
+        0.082_050_35,
+        -0.007_028_304,
+    ]);
     let c = polynomial(&[
         1.0,
         -4.934_802,
