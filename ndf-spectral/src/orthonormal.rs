@@ -28,7 +28,7 @@ pub(crate) fn orthonormalise(
         transform(functions, &inverse);
         triangle = upper * triangle;
         // The error is that of rounding divided by the square of the smallest sine.
-        if smallest > 0.5 {
+        if smallest > 0.1 {
             break;
         }
     }
