@@ -14,7 +14,7 @@ const PANEL: usize = 32;
 /// Most rows of a tile: number of rows of a block are multiples of it.
 pub const TILE_ROWS: usize = 8;
 
-/// A matrix in panels: the rows of the first [`PANEL`] columns, then those of the next.
+/// A matrix in panels: the rows of the first `PANEL` columns, then those of the next.
 #[derive(Clone, Debug)]
 pub struct Panels {
     rows: usize,
