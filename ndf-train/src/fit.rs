@@ -144,7 +144,7 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
         }
     }
     hooks.progress.report("training", 1.0);
-    let field = trainer.field()?;
+    let field = trainer.stored_field()?;
     let checkpoint = trainer.checkpoint()?;
     let measured = measure(trainer, &field);
     let cycle_loss = last.map_or(0.0, |l| l.cycle);

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ndf_core::FieldShape;
+use ndf_core::model::Precision;
 use ndf_core::network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +77,13 @@ pub struct Settings {
     pub lambda_f: f32,
     /// Epochs in which both networks first learn the identity (Eq. 1).
     pub identity_epochs: usize,
+    /// How finely the numbers of the model are kept; `None` for all of single precision.
+    #[serde(default)]
+    pub precision: Option<Precision>,
+    /// Share of the epochs, the last ones, in which the losses are those of the model as it will be stored, with its
+    /// numbers rounded; what is learned goes to the numbers behind them (Bengio, Léonard & Courville 2013).
+    #[serde(default)]
+    pub rounded_share: f32,
     /// Seed of everything random.
     pub seed: u64,
     /// Wall time after which training ends at the next epoch.
@@ -100,6 +108,8 @@ impl Default for Settings {
             lambda_n: 0.0,
             lambda_f: 0.0,
             identity_epochs: 0,
+            precision: Some(Precision::default()),
+            rounded_share: 0.3,
             seed: 0,
             time_limit: None,
         }
@@ -118,8 +128,15 @@ impl Settings {
             rate: Schedule::constant(1e-3),
             feature_rate: 1.0,
             identity_epochs: 1_000,
+            precision: None,
             ..Self::default()
         }
+    }
+
+    /// Epochs, of the last ones, in which numbers are rounded.
+    pub(crate) fn rounded_epochs(&self) -> usize {
+        let share = self.precision.map_or(0.0, |_| f64::from(self.rounded_share));
+        (share * self.epochs as f64).round() as usize
     }
 
     /// Shape of the reverse map g_φ.
@@ -157,6 +174,12 @@ impl Settings {
             s if s.field.features > 4096 => Some("more than 4096 features a vertex are not supported"),
             s if s.field.hidden.iter().any(|&w| w == 0 || w > 4096) => {
                 Some("hidden layers have 1 to 4096 neurons")
+            }
+            s if !(0.0..=1.0).contains(&s.rounded_share) => {
+                Some("the share of rounded epochs is between 0 and 1")
+            }
+            s if s.precision.is_some_and(|p| !Precision::BITS.contains(&p.features)) => {
+                Some("features have 3 to 14 bits")
             }
             _ if octaves > encoding::MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
             _ => None,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use ndf_core::io::atomic_write;
+use ndf_core::model::Grids;
 use ndf_core::network::Mlp;
 use ndf_core::{Hint, Model};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,8 @@ pub(crate) struct State {
     pub(crate) epoch: usize,
     /// Factor on the learning rate: halved when training diverges.
     pub(crate) rate_factor: f32,
+    /// Where numbers are rounded to, from the first epoch in which they are.
+    pub(crate) grids: Option<Grids>,
 }
 
 /// A training run at the end of a batch: enough to go on exactly as if it had not been interrupted.
@@ -54,6 +57,8 @@ struct Header {
     settings: Settings,
     epoch: usize,
     rate_factor: f32,
+    #[serde(default)]
+    grids: Option<Grids>,
     seconds: f64,
     hints: usize,
     /// Floats of features, θ, φ.
@@ -98,12 +103,13 @@ impl Checkpoint {
     /// features, θ and φ the values, first and second moments as f32; all little-endian.
     fn to_bytes(&self) -> Vec<u8> {
         let model = self.model.to_bytes();
-        let State { features, theta, phi, moments, epoch, rate_factor } = &self.state;
+        let State { features, theta, phi, moments, epoch, rate_factor, grids } = &self.state;
         let groups = [features.as_slice(), theta.parameters(), phi.parameters()];
         let header = Header {
             settings: self.settings.clone(),
             epoch: *epoch,
             rate_factor: *rate_factor,
+            grids: grids.clone(),
             seconds: self.seconds,
             hints: self.hints.len(),
             counts: groups.map(<[f32]>::len),
@@ -169,6 +175,7 @@ impl Checkpoint {
             moments: [of_features, of_theta, of_phi],
             epoch: header.epoch,
             rate_factor: header.rate_factor,
+            grids: header.grids,
         };
         Ok(Self { settings, state, hints, model, seconds: header.seconds })
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
+use ndf_core::model::{Grids, Precision, stored_base};
 use ndf_core::network::{Mlp, Packed};
 use ndf_core::sampling::{AreaSampler, FaceSample};
 use ndf_core::{
@@ -89,6 +90,8 @@ pub struct Trainer<'a> {
     /// The objective after the identity stage, while that lasts.
     waiting: Option<Objective>,
     anchors: Option<Anchors>,
+    /// Features and parameters of θ as the losses see them, where they are rounded.
+    rounded: Option<(Vec<f32>, Mlp)>,
     packed: (Packed, Packed),
     gradients: (Vec<f32>, Vec<f32>),
     batch: Batch,
@@ -115,9 +118,7 @@ impl<'a> Trainer<'a> {
         if let Some(defect) = settings.defect() {
             return Err(TrainError::Settings(defect));
         }
-        let similarity = Similarity::to_box(&base.bounds());
-        let normalised = base.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
-        let base = base.with_positions(normalised);
+        let (base, similarity) = stored_base(base, settings.precision);
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
         let phi = match settings.reverse_map {
@@ -129,7 +130,7 @@ impl<'a> Trainer<'a> {
         let (features, theta) = (start.features().to_vec(), start.network().clone());
         let groups = [features.len(), theta.parameters().len(), phi.parameters().len()];
         let moments = groups.map(Moments::new);
-        let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0 };
+        let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0, grids: None };
         Self::with_state(surface, start, similarity, settings, state)
     }
 
@@ -178,6 +179,7 @@ impl<'a> Trainer<'a> {
             objective,
             waiting,
             anchors: None,
+            rounded: None,
             packed,
             gradients,
             batch: Batch::new(settings.samples, base.face_count()),
@@ -340,14 +342,16 @@ impl<'a> Trainer<'a> {
 
     /// Values and gradients of the objective at the current parameters; returns the mean of the cycle loss.
     fn accumulate(&mut self) -> f64 {
-        self.packed.0.pack(self.state.theta.parameters());
+        self.round();
+        let (features, theta) = seen(&self.rounded, &self.state);
+        self.packed.0.pack(theta.parameters());
         self.packed.1.pack(self.state.phi.parameters());
         let settings = &self.settings;
         let model = Model {
             encoding: SampleEncoding {
                 faces: self.start.base().faces(),
                 positions: &self.positions,
-                features: &self.state.features,
+                features,
                 dimension: settings.field.features,
                 octaves: settings.field.octaves,
             },
@@ -385,6 +389,23 @@ impl<'a> Trainer<'a> {
         cycle
     }
 
+    /// Rounds what the losses see, in the last epochs; where to, the first of these decides.
+    fn round(&mut self) {
+        let (settings, state) = (&self.settings, &mut self.state);
+        let Some(precision) = settings.precision else { return };
+        let all = settings.identity_epochs + settings.epochs;
+        if state.epoch + settings.rounded_epochs() < all {
+            self.rounded = None;
+            return;
+        }
+        let (shape, State { features, theta, grids, .. }) = (&settings.field, state);
+        let grids = grids.get_or_insert_with(|| Grids::new(shape, features, theta.parameters(), precision));
+        let (to_features, to_theta) = self.rounded.get_or_insert_with(|| (features.clone(), theta.clone()));
+        to_features.copy_from_slice(features);
+        to_theta.parameters_mut().copy_from_slice(theta.parameters());
+        grids.round(shape, to_features, to_theta.parameters_mut());
+    }
+
     /// One step of Adam for all parameters.
     fn update(&mut self, rate: f32) {
         let settings = &self.settings;
@@ -410,12 +431,31 @@ impl<'a> Trainer<'a> {
         .apply(&mut self.state.features, first, second);
     }
 
-    /// The field as learned so far.
+    /// The field as learned so far, its numbers rounded where the losses see them so.
     ///
     /// # Errors
     /// If a parameter is not finite.
     pub fn field(&self) -> Result<DisplacementField, FieldError> {
-        self.start.with_parameters(self.state.features.clone(), self.state.theta.parameters().to_vec())
+        let mut features = self.state.features.clone();
+        let mut parameters = self.state.theta.parameters().to_vec();
+        if let Some(grids) = &self.state.grids {
+            grids.round(&self.settings.field, &mut features, &mut parameters);
+        }
+        self.start.with_parameters(features, parameters)
+    }
+
+    /// The field as it will be stored: as learned so far, and rounded. Where nothing was yet learned of the rounding, it is
+    /// finer than asked for, so that it costs next to no accuracy.
+    ///
+    /// # Errors
+    /// If a parameter is not finite.
+    pub(crate) fn stored_field(&self) -> Result<DisplacementField, FieldError> {
+        let field = self.field()?;
+        let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
+        let finer =
+            Precision { features: precision.features + 3, weights: precision.weights + 3, ..precision };
+        let model = ModelFile { field, similarity: self.similarity, provenance: String::new() };
+        Ok(model.rounded(finer)?.field)
     }
 
     /// Everything needed to go on from here. Exact [at the start of a batch](Self::at_batch_start); elsewhere, the
@@ -452,6 +492,14 @@ impl<'a> Trainer<'a> {
             flipped += usize::from(mapped.normal().dot(normal) < 0.0);
         }
         Ok(flipped as f64 / hits.max(1) as f64)
+    }
+}
+
+/// Features and θ as the losses see them.
+fn seen<'a>(rounded: &'a Option<(Vec<f32>, Mlp)>, state: &'a State) -> (&'a [f32], &'a Mlp) {
+    match rounded {
+        Some((features, theta)) => (features, theta),
+        None => (&state.features, &state.theta),
     }
 }
 

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use ndf_core::io::atomic_write;
+use ndf_core::model::{Precision, stored_base};
 use ndf_core::{DVec3, ManifoldMesh, Model, Similarity, Surface};
 use ndf_meshing::BaseMeshOptions;
 use ndf_train::{Checkpoint, Fit, FitReport, Hooks, LogRecord, Schedule, Settings, Trainer, train};
@@ -90,6 +91,16 @@ pub struct Training {
     /// Weight of local conformality [default: 0].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_f: Option<f32>,
+    /// Bits of the features in the model file, the sign aside; what else is in it follows [default: 7; paper: as
+    /// --lossless]. Training ends with the numbers rounded so.
+    #[arg(long, value_name = "N", conflicts_with = "lossless", value_parser = bits)]
+    bits: Option<u32>,
+    /// Keep all numbers in single precision.
+    #[arg(long)]
+    lossless: bool,
+    /// Share of the epochs in which numbers are rounded as they will be stored [default: 0.3].
+    #[arg(long, value_name = "X", hide = true)]
+    rounded_share: Option<f32>,
     /// End training after this long, with what is learned by then.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
@@ -126,6 +137,13 @@ impl Training {
             let Schedule { first, last } = settings.rate;
             settings.rate = Schedule { first: lr, last: lr * last / first };
         }
+        if let Some(bits) = self.bits {
+            settings.precision = Some(Precision::of_bits(bits));
+        }
+        if self.lossless {
+            settings.precision = None;
+        }
+        settings.rounded_share = self.rounded_share.unwrap_or(settings.rounded_share);
         settings.lambda_p = self.lambda_p.unwrap_or(settings.lambda_p);
         settings.lambda_c = self.lambda_c.unwrap_or(settings.lambda_c);
         settings.lambda_d = self.lambda_d.unwrap_or(settings.lambda_d);
@@ -244,23 +262,23 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let checkpoint = job
         .resume
         .map(|path| Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display()))));
-    let checkpoint = checkpoint.transpose()?;
-    let base = match (&checkpoint, job.base) {
-        (Some(checkpoint), _) => base_in_world(checkpoint.model()),
-        (None, Some(path)) => read_base(path, context)?,
+    let start = match (checkpoint.transpose()?, job.base) {
+        (Some(checkpoint), _) => Start::Resumed(checkpoint),
+        (None, Some(path)) => Start::Fresh(read_base(path, context)?),
         (None, None) => {
             let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
             let Base { mesh, report, remark } =
                 source.base_mesh(&name.to_string(), &options, context, &progress)?;
             (base_report, base_remark) = (report, remark);
-            mesh
+            Start::Fresh(mesh)
         }
     };
-    let band = source.band(&name.to_string(), &as_stored(&base), &progress)?;
+    let settings = job.training.settings(source.kind, context.seed());
+    let band = source.band(&name.to_string(), &start.stored_base(&settings), &progress)?;
     let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
-    let mut trainer = match checkpoint {
-        Some(checkpoint) => Trainer::resumed(surface, checkpoint),
-        None => Trainer::new(surface, &base, &job.training.settings(source.kind, context.seed())),
+    let mut trainer = match start {
+        Start::Resumed(checkpoint) => Trainer::resumed(surface, checkpoint),
+        Start::Fresh(base) => Trainer::new(surface, &base, &settings),
     }
     .map_err(|e| say(&e))?;
     if band.is_some() {
@@ -312,18 +330,34 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     Ok((fitted, checkpoint))
 }
 
-/// The base mesh of a model in the units of its input.
-fn base_in_world(model: &Model) -> ManifoldMesh {
-    let base = model.field.base();
-    base.with_positions(base.positions().iter().map(|&p| model.similarity.to_world(p)).collect())
+/// What training starts from.
+enum Start {
+    /// A base mesh in the units of the input.
+    Fresh(ManifoldMesh),
+    /// A run that was not finished.
+    Resumed(Checkpoint),
 }
 
-/// A base mesh as a checkpoint gives it back, in single precision: what is made from it is then the same in a run that
-/// is resumed.
-fn as_stored(base: &ManifoldMesh) -> ManifoldMesh {
-    let similarity = Similarity::to_box(&base.bounds());
-    let stored = |&p: &DVec3| similarity.to_world(similarity.to_normalised(p).as_vec3().as_dvec3());
-    base.with_positions(base.positions().iter().map(stored).collect())
+impl Start {
+    /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
+    fn stored_base(&self, settings: &Settings) -> ManifoldMesh {
+        match self {
+            Self::Fresh(base) => {
+                let (base, similarity) = stored_base(base, settings.precision);
+                in_world(&base, &similarity)
+            }
+            Self::Resumed(checkpoint) => base_in_world(checkpoint.model()),
+        }
+    }
+}
+
+/// The base mesh of a model in the units of its input.
+fn base_in_world(model: &Model) -> ManifoldMesh {
+    in_world(model.field.base(), &model.similarity)
+}
+
+fn in_world(base: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
+    base.with_positions(base.positions().iter().map(|&p| similarity.to_world(p)).collect())
 }
 
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
@@ -482,6 +516,14 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
 fn positive(text: &str) -> Result<f32, String> {
     let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
     if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
+}
+
+fn bits(text: &str) -> Result<u32, String> {
+    let allowed = Precision::BITS;
+    match text.parse() {
+        Ok(bits) if allowed.contains(&bits) => Ok(bits),
+        _ => Err(format!("a number from {} to {} is expected", allowed.start(), allowed.end())),
+    }
 }
 
 fn weight(text: &str) -> Result<f32, String> {

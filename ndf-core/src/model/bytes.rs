@@ -27,6 +27,18 @@ impl<'a> Reader<'a> {
         Ok(*head)
     }
 
+    /// The next `length` bytes.
+    pub(super) fn take(&mut self, length: usize) -> Result<&'a [u8], ModelError> {
+        let (head, rest) = self.rest.split_at_checked(length).ok_or_else(|| self.truncated())?;
+        self.rest = rest;
+        Ok(head)
+    }
+
+    /// All that is left.
+    pub(super) fn rest(&mut self) -> &'a [u8] {
+        std::mem::take(&mut self.rest)
+    }
+
     pub(super) fn u8(&mut self) -> Result<u8, ModelError> {
         self.array().map(u8::from_le_bytes)
     }

@@ -22,20 +22,13 @@
 use std::fs;
 use std::path::Path;
 
-use super::Model;
 use super::bytes::{Reader, Writer};
-use crate::field::{DisplacementField, FieldShape};
-use crate::network::Activation;
-use crate::network::encoding::MOST_OCTAVES;
-use crate::{DVec3, ManifoldMesh, Similarity, TriangleMesh};
+use super::{Model, base, features, network};
+use crate::field::DisplacementField;
+use crate::{DVec3, Similarity};
 
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
-const VERSION: u32 = 1;
-/// In the order of their codes.
-const ACTIVATIONS: [Activation; 5] = Activation::ALL;
-/// Wider or deeper networks are refused: no model has them, and a hostile file must not cost memory.
-const WIDEST_LAYER: usize = 4096;
-const MOST_FEATURES: usize = 4096;
+const VERSION: u32 = 2;
 const MOST_SECTIONS: usize = 1024;
 
 /// Why bytes are not a model.
@@ -111,15 +104,23 @@ impl Model {
     /// # Errors
     /// If they are not a whole, undamaged model. Allocates no more than a small multiple of the input.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
-        let sections = split(bytes)?;
+        let (version, sections) = split(bytes)?;
         let section = |tag: &'static str| {
             let found = sections.iter().find(|(t, _)| t == tag.as_bytes());
             found.map(|(_, payload)| Reader::new(tag, payload)).ok_or(ModelError::Missing(tag))
         };
         let similarity = read_similarity(section("SIML")?)?;
-        let base = read_base(section("BASE")?)?;
-        let (dimension, features) = read_features(section("FEAT")?, base.vertex_count())?;
-        let (shape, parameters) = read_network(section("NETW")?, dimension)?;
+        let (base, features) = (section("BASE")?, section("FEAT")?);
+        let (base, (dimension, features)) = if version == 1 {
+            let base = base::read_plain(base)?;
+            let features = features::read_plain(features, base.vertex_count())?;
+            (base, features)
+        } else {
+            let base = base::read(base)?;
+            let features = features::read(features, base.vertex_count())?;
+            (base, features)
+        };
+        let (shape, parameters) = network::read(section("NETW")?, dimension, version)?;
         let field = DisplacementField::new(base, shape, features, parameters)
             .map_err(|e| ModelError::Section { section: "NETW", defect: e.to_string() })?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
@@ -151,11 +152,16 @@ impl Model {
     }
 
     fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
+        let shape = self.field.shape();
+        let d = shape.features;
+        let (base, order) = base::write(self.field.base());
+        let of_vertex = |v: &u32| &self.field.features()[*v as usize * d..][..d];
+        let features: Vec<f32> = order.iter().flat_map(of_vertex).copied().collect();
         vec![
             ("SIML", self.similarity_bytes()),
-            ("BASE", self.base_bytes()),
-            ("FEAT", self.feature_bytes()),
-            ("NETW", self.network_bytes()),
+            ("BASE", base),
+            ("FEAT", features::write(order.len(), d, &features)),
+            ("NETW", network::write(shape, self.field.network())),
             ("PROV", self.provenance.as_bytes().to_vec()),
         ]
     }
@@ -166,46 +172,13 @@ impl Model {
         self.similarity.center().to_array().into_iter().for_each(|x| w.f64(x));
         w.0
     }
-
-    fn base_bytes(&self) -> Vec<u8> {
-        let base = self.field.base();
-        let mut w = Writer::default();
-        w.u32(base.vertex_count() as u32);
-        w.u32(base.face_count() as u32);
-        // Exact: a field's base positions are f32 values.
-        w.f32s(base.positions().iter().flat_map(|p| p.as_vec3().to_array()));
-        for &v in base.faces().iter().flatten() {
-            if base.vertex_count() <= 1 << 16 { w.u16(v as u16) } else { w.u32(v) }
-        }
-        w.0
-    }
-
-    fn feature_bytes(&self) -> Vec<u8> {
-        let mut w = Writer::default();
-        w.u32(self.field.shape().features as u32);
-        w.f32s(self.field.features().iter().copied());
-        w.0
-    }
-
-    fn network_bytes(&self) -> Vec<u8> {
-        let shape = self.field.shape();
-        let mut w = Writer::default();
-        let code = ACTIVATIONS.iter().position(|a| *a == shape.activation).unwrap_or_default();
-        w.u8(code as u8);
-        w.u8(u8::from(shape.residual));
-        w.u8(shape.octaves as u8);
-        w.u8(shape.hidden.len() as u8);
-        shape.hidden.iter().for_each(|&width| w.u32(width as u32));
-        w.f32s(self.field.network().parameters().iter().copied());
-        w.0
-    }
 }
 
 /// Tag and payload.
 type Section<'a> = ([u8; 4], &'a [u8]);
 
 /// All sections, checksums verified.
-fn split(bytes: &[u8]) -> Result<Vec<Section<'_>>, ModelError> {
+fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError> {
     const ENTRY: usize = 16;
     let word = |at: usize| -> Option<u32> { bytes.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b)) };
     if !Model::is_model(bytes) {
@@ -213,7 +186,7 @@ fn split(bytes: &[u8]) -> Result<Vec<Section<'_>>, ModelError> {
     }
     let cut = ModelError::Header("the file is cut short");
     let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
-    if version != VERSION {
+    if version == 0 || version > VERSION {
         return Err(ModelError::Version(version));
     }
     if count as usize > MOST_SECTIONS {
@@ -243,7 +216,7 @@ fn split(bytes: &[u8]) -> Result<Vec<Section<'_>>, ModelError> {
     if !rest.is_empty() {
         return Err(ModelError::Header("there is something behind the last section"));
     }
-    Ok(sections)
+    Ok((version, sections))
 }
 
 fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
@@ -251,54 +224,6 @@ fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
     let center = DVec3::new(r.f64()?, r.f64()?, r.f64()?);
     r.end()?;
     Similarity::new(scale, center).ok_or_else(|| r.defect("the scale or the centre is not usable"))
-}
-
-fn read_base(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
-    let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
-    let positions = r.f32s(vertices.saturating_mul(3))?;
-    let positions =
-        positions.as_chunks().0.iter().map(|&p: &[f32; 3]| glam::Vec3::from(p).as_dvec3()).collect();
-    let count = faces.saturating_mul(3);
-    let indices = if vertices <= 1 << 16 {
-        r.u16s(count)?.into_iter().map(u32::from).collect()
-    } else {
-        r.u32s(count)?
-    };
-    r.end()?;
-    let mesh =
-        TriangleMesh::new(positions, indices.as_chunks().0.to_vec()).map_err(|e| r.defect(e.to_string()))?;
-    ManifoldMesh::try_from(mesh).map_err(|e| r.defect(e.to_string()))
-}
-
-fn read_features(mut r: Reader<'_>, vertices: usize) -> Result<(usize, Vec<f32>), ModelError> {
-    let dimension = r.u32()? as usize;
-    if dimension > MOST_FEATURES {
-        return Err(r.defect(format!("{dimension} features a vertex are more than {MOST_FEATURES}")));
-    }
-    let features = r.f32s(vertices * dimension)?;
-    r.end()?;
-    Ok((dimension, features))
-}
-
-fn read_network(mut r: Reader<'_>, features: usize) -> Result<(FieldShape, Vec<f32>), ModelError> {
-    let activation = r.u8()?;
-    let Some(&activation) = ACTIVATIONS.get(usize::from(activation)) else {
-        return Err(r.defect(format!("activation {activation} is not known")));
-    };
-    let residual = r.u8()? != 0;
-    let octaves = r.u8()? as usize;
-    if octaves > MOST_OCTAVES {
-        return Err(r.defect(format!("{octaves} octaves are more than {MOST_OCTAVES}")));
-    }
-    let depth = r.u8()? as usize;
-    let hidden: Vec<usize> = r.u32s(depth)?.into_iter().map(|w| w as usize).collect();
-    if let Some(width) = hidden.iter().find(|&&w| w == 0 || w > WIDEST_LAYER) {
-        return Err(r.defect(format!("a layer of {width} neurons is not possible")));
-    }
-    let shape = FieldShape { features, octaves, hidden, activation, residual };
-    let parameters = r.f32s(shape.network().parameter_count())?;
-    r.end()?;
-    Ok((shape, parameters))
 }
 
 #[cfg(test)]

@@ -1,10 +1,18 @@
 //! The model: a displacement field, the similarity to the user's units, and where it came from; and the `.ndf`
 //! file that holds it.
 
+mod base;
 mod bytes;
+mod connectivity;
+mod features;
 mod format;
+mod grid;
+mod network;
+mod precision;
+mod range_coder;
 
 pub use format::{ModelError, SectionSizes};
+pub use precision::{Grids, Precision, stored_base};
 
 use crate::{DisplacementField, Similarity};
 
