@@ -18,6 +18,7 @@
 //! | `FEAT` | u32 d, f32 V·d, vertex-major |
 //! | `NETW` | u8 activation (0 ReLU, 1 leaky ReLU, 2 SiLU, 3 sine, 4 tanh), u8 residual, u8 octaves, u8 hidden layers, u32 widths of these, f32 parameters |
 //! | `PROV` | UTF-8 JSON |
+//! | `SCAL` | scalar fields ([their payload](crate::scalars)); one section for each set of them |
 
 use std::fs;
 use std::path::Path;
@@ -27,7 +28,7 @@ use super::bytes::{Reader, Writer};
 use crate::field::{DisplacementField, FieldShape};
 use crate::network::Activation;
 use crate::network::encoding::MOST_OCTAVES;
-use crate::{DVec3, ManifoldMesh, Similarity, TriangleMesh};
+use crate::{DVec3, ManifoldMesh, Similarity, StoredScalars, TriangleMesh, scalars};
 
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
 const VERSION: u32 = 1;
@@ -125,7 +126,10 @@ impl Model {
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
-        Ok(Self { field, similarity, provenance })
+        let scalars = sections.iter().filter(|(tag, _)| tag == scalars::TAG.as_bytes());
+        let scalars = scalars.map(|(_, p)| StoredScalars::from_payload(p, field.base().vertex_count()));
+        let scalars = scalars.collect::<Result<_, _>>()?;
+        Ok(Self { field, similarity, scalars, provenance })
     }
 
     /// Reads a model file.
@@ -144,6 +148,7 @@ impl Model {
                 "BASE" => sizes.base = payload.len(),
                 "FEAT" => sizes.features = payload.len(),
                 "NETW" => sizes.network = payload.len(),
+                scalars::TAG => sizes.scalars += payload.len(),
                 _ => {}
             }
         }
@@ -151,13 +156,15 @@ impl Model {
     }
 
     fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
-        vec![
+        let mut sections = vec![
             ("SIML", self.similarity_bytes()),
             ("BASE", self.base_bytes()),
             ("FEAT", self.feature_bytes()),
             ("NETW", self.network_bytes()),
             ("PROV", self.provenance.as_bytes().to_vec()),
-        ]
+        ];
+        sections.extend(self.scalars.iter().map(|fields| (scalars::TAG, fields.to_payload())));
+        sections
     }
 
     fn similarity_bytes(&self) -> Vec<u8> {
@@ -305,6 +312,7 @@ fn read_network(mut r: Reader<'_>, features: usize) -> Result<(FieldShape, Vec<f
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::scalars::{Channel, ScalarShape};
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
@@ -320,7 +328,12 @@ mod tests {
         };
         let field = DisplacementField::untrained(base, shape, 5).unwrap();
         let similarity = Similarity::new(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap();
-        Model { field, similarity, provenance: "{\"seed\": 5}".to_owned() }
+        let shape = ScalarShape { features: 1, hidden: vec![2], ..ScalarShape::default() };
+        let channel = Channel { name: "u".to_owned(), range: [-1.0, 1.0], mean: 0.0, deviation: 1.0 };
+        let parameters = vec![0.25; shape.network(1).parameter_count()];
+        let fields = StoredScalars::new(vec![channel], shape, 12, vec![0.5; 12], parameters).unwrap();
+        let scalars = vec![fields.clone(), fields];
+        Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
     }
 
     #[test]
@@ -333,9 +346,12 @@ mod tests {
         assert_eq!(again.field.base().positions(), model.field.base().positions());
         assert_eq!(again.field.base().faces(), model.field.base().faces());
         assert_eq!(again.provenance, model.provenance);
+        assert_eq!(again.scalars.len(), 2);
+        assert_eq!(again.scalars[1].to_payload(), model.scalars[1].to_payload());
         let sizes = model.section_sizes();
         assert_eq!(sizes.total, bytes.len());
         assert_eq!(sizes.base, 8 + 12 * 12 + 2 * 60);
+        assert_eq!(sizes.scalars, 2 * model.scalars[0].to_payload().len());
     }
 
     #[test]
@@ -358,7 +374,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for round in 0..3000 {
             let mut sections = good.sections();
-            let which = round % 4;
+            let which = [0, 1, 2, 3, 5][round % 5];
             let payload = &mut sections[which].1;
             for _ in 0..rng.random_range(1..4) {
                 // The headers of the sections are the interesting part.
@@ -391,10 +407,10 @@ mod tests {
         assert!(matches!(Model::from_bytes(b"solid cube"), Err(ModelError::Magic)));
 
         let payload = b"something new";
-        let table_end = 16 + 16 * 5;
+        let table_end = 16 + 16 * 7;
         let mut more = Writer(MAGIC.to_vec());
         more.u32(VERSION);
-        more.u32(6);
+        more.u32(8);
         more.0.extend(&bytes[16..table_end]);
         more.0.extend(b"NEWS");
         more.u32(crc32fast::hash(payload));

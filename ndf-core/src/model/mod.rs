@@ -1,12 +1,12 @@
 //! The model: a displacement field, the similarity to the user's units, and where it came from; and the `.ndf`
 //! file that holds it.
 
-mod bytes;
+pub(crate) mod bytes;
 mod format;
 
 pub use format::{ModelError, SectionSizes};
 
-use crate::{DisplacementField, Similarity};
+use crate::{DisplacementField, Similarity, StoredScalars};
 
 /// Everything a `.ndf` file holds.
 #[derive(Clone, Debug)]
@@ -15,6 +15,8 @@ pub struct Model {
     pub field: DisplacementField,
     /// From the user's units to the box.
     pub similarity: Similarity,
+    /// Scalar fields over the base mesh, in the order in which they were learned.
+    pub scalars: Vec<StoredScalars>,
     /// How the model was made, as a JSON object: settings, seed, version, metrics. Opaque here.
     pub provenance: String,
 }
