@@ -90,7 +90,9 @@ impl ScalarShape {
     pub fn defect(&self) -> Option<&'static str> {
         match self {
             s if s.features > MOST_FEATURES => Some("more than 4096 features a vertex are not supported"),
-            s if s.octaves > encoding::MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
+            s if s.octaves > encoding::MOST_OCTAVES => {
+                Some("more than 20 octaves are beyond single precision")
+            }
             s if s.hidden.len() > MOST_LAYERS => Some("more than 255 hidden layers are not supported"),
             s if s.hidden.iter().any(|&w| w == 0 || w > WIDEST_LAYER) => {
                 Some("hidden layers have 1 to 4096 neurons")
@@ -177,7 +179,9 @@ pub enum StoredScalarsError {
     #[error("{0}")]
     Shape(&'static str),
     /// A name that cannot stand in a file.
-    #[error("{0:?} cannot name a scalar field: it must be one word of up to 255 characters of ASCII other than x, y, z")]
+    #[error(
+        "{0:?} cannot name a scalar field: it must be one word of up to 255 characters of ASCII other than x, y, z"
+    )]
     Name(String),
     /// Two channels of one name.
     #[error("two scalar fields are named {0}")]
@@ -298,7 +302,8 @@ mod tests {
         use rand::RngExt;
         use rand_chacha::ChaCha8Rng;
         use rand_chacha::rand_core::SeedableRng;
-        let channel = |name: &str, range, mean, deviation| Channel { name: name.to_owned(), range, mean, deviation };
+        let channel =
+            |name: &str, range, mean, deviation| Channel { name: name.to_owned(), range, mean, deviation };
         let channels = vec![
             channel("distance", [0.0, 7.0], 3.0, 1.5),
             channel("constant", [0.1, 0.1], 0.1, 0.0),
