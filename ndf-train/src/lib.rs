@@ -3,7 +3,7 @@
 //! The way of a sample through an epoch: `batch` draws it on the base mesh and now and then projects its image
 //! onto the surface; `step` carries it through g, the [terms] of the objective, and back, one block at a time;
 //! `optimiser` moves the parameters. [`Trainer`] makes epochs, [`train`] a whole run of them, [`fit`] a run from
-//! surface and base mesh to field.
+//! surface and base mesh to field. [`scalars`] learns fields on the surface of a model.
 
 mod anchors;
 mod batch;
@@ -12,6 +12,7 @@ mod fit;
 mod gradient_tests;
 mod objective;
 mod optimiser;
+pub mod scalars;
 mod settings;
 mod state;
 mod step;

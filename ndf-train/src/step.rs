@@ -96,7 +96,8 @@ impl WithSimd for Step<'_> {
         chunk.phi_gradients.clear();
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
-        let mut corners = CornerGradients { first_face, by_corner: corner_gradients, model: &model };
+        let mut corners =
+            CornerGradients { first_face, by_corner: corner_gradients, dimension: model.encoding.dimension };
         for (b, (samples, targets)) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)).enumerate() {
             let origins = origins.get(b * BLOCK..).unwrap_or_default();
             let mut block = Block::new(samples, targets, origins);
@@ -292,23 +293,26 @@ impl<'a> Block<'a> {
 }
 
 /// Sums of the gradients by the features, corner by corner.
-struct CornerGradients<'a> {
-    first_face: u32,
-    by_corner: &'a mut [f32],
-    model: &'a Model<'a>,
+pub(crate) struct CornerGradients<'a> {
+    /// The face whose corners come first in `by_corner`.
+    pub(crate) first_face: u32,
+    /// `dimension` floats a corner.
+    pub(crate) by_corner: &'a mut [f32],
+    /// Features a vertex.
+    pub(crate) dimension: usize,
 }
 
 impl CornerGradients<'_> {
     /// Adds the derivatives by the interpolated features, which begin the rows, times the weights of the corners.
     #[inline(always)]
-    fn add(
+    pub(crate) fn add(
         &mut self,
         samples: &[Sample],
         rows: &[f32],
         stride: usize,
         weights: impl Fn(&Sample) -> [f32; 3],
     ) {
-        let d = self.model.encoding.dimension;
+        let d = self.dimension;
         if d == 0 {
             return;
         }

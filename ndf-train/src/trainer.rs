@@ -464,8 +464,12 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If a parameter is not finite.
     pub fn checkpoint(&self) -> Result<Checkpoint, FieldError> {
-        let model =
-            ModelFile { field: self.field()?, similarity: self.similarity, provenance: String::new() };
+        let model = ModelFile {
+            field: self.field()?,
+            similarity: self.similarity,
+            scalars: Vec::new(),
+            provenance: String::new(),
+        };
         Ok(Checkpoint {
             settings: self.settings.clone(),
             state: self.state.clone(),

@@ -8,7 +8,7 @@ use ndf_core::io::{format_to_write, write_mesh};
 use ndf_core::quality::Quality;
 use ndf_core::tessellation::tessellate;
 use ndf_core::{ManifoldMesh, Model, Similarity, ValidationReport};
-use ndf_intrinsic::{ExtractionOptions, ExtractionReport, extract};
+use ndf_intrinsic::{Extraction, ExtractionOptions, ExtractionReport, extract};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -94,10 +94,18 @@ pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure
 /// # Errors
 /// If the edge length asks for too much, or the field is not finite.
 pub fn extracted(model: &Model, edge_length: EdgeLength) -> Result<(ManifoldMesh, ExtractionReport), String> {
+    let extraction = extraction(model, edge_length)?;
+    Ok((to_world(model, &extraction.mesh), extraction.report))
+}
+
+/// The Delaunay mesh of a model in the normalised box, and where its vertices lie on the base mesh.
+///
+/// # Errors
+/// As [`extracted`].
+pub fn extraction(model: &Model, edge_length: EdgeLength) -> Result<Extraction, String> {
     let length = edge_length.normalised(&model.similarity);
     let options = ExtractionOptions { most_faces: MOST_FACES, ..ExtractionOptions::new(length) };
-    let extraction = extract(&model.field, &options).map_err(|e| e.to_string())?;
-    Ok((to_world(model, &extraction.mesh), extraction.report))
+    extract(&model.field, &options).map_err(|e| e.to_string())
 }
 
 /// The base faces of a model cut until they are small, in the input's units.
@@ -107,7 +115,8 @@ fn tessellated(model: &Model, edge_length: EdgeLength) -> Result<ManifoldMesh, S
     Ok(to_world(model, &tessellation.mesh))
 }
 
-fn to_world(model: &Model, mesh: &ManifoldMesh) -> ManifoldMesh {
+/// A mesh of a model's box in the input's units.
+pub fn to_world(model: &Model, mesh: &ManifoldMesh) -> ManifoldMesh {
     mesh.with_positions(mesh.positions().iter().map(|&p| model.similarity.to_world(p)).collect())
 }
 

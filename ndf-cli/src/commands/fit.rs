@@ -108,7 +108,7 @@ pub struct Training {
 
 /// Sets of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Preset {
+pub enum Preset {
     /// What reaches a given error soonest.
     #[default]
     Default,
@@ -323,7 +323,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         context.warn(&format!("{share:.1} % of the learned surface finds no foot on the input"));
     }
     let provenance = provenance(job.input, settings, &report).to_string();
-    let model = Model { field, similarity, provenance };
+    let model = Model { field, similarity, scalars: Vec::new(), provenance };
     let base = base_in_world(&model);
     let fitted =
         Fitted { model, base, base_report, base_remark, input: source, band, seconds_reading, report };

@@ -139,6 +139,7 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
     let base = ValidationReport::of(field.base().as_triangle_mesh());
     let sizes = model.section_sizes();
     let shape = field.shape();
+    let names: Vec<&str> = model.scalars.iter().flat_map(|s| s.channels()).map(|c| c.name.as_str()).collect();
     let (center, scale) = (model.similarity.center(), model.similarity.scale());
     let json = json!({
         "kind": "model",
@@ -149,6 +150,7 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
         "boundary_edges": base.boundary_edges,
         "features": shape.features,
         "network_parameters": field.network().parameters().len(),
+        "scalars": names,
         "center": center.to_array(),
         "scale": scale,
         "bytes": {
@@ -157,7 +159,7 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
         },
         "provenance": serde_json::from_str::<serde_json::Value>(&model.provenance).ok(),
     });
-    let rows = [
+    let mut rows = vec![
         ("base mesh", format!("{} vertices, {} faces", grouped(base.vertices), grouped(base.faces))),
         ("topology", topology(&base)),
         ("features", format!("{} a vertex", shape.features)),
@@ -182,6 +184,9 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
             ),
         ),
     ];
+    if !names.is_empty() {
+        rows.push(("scalars", names.join(", ")));
+    }
     Outcome::new(json, format!("{name}: model\n{}", table(&rows)))
 }
 

@@ -9,6 +9,7 @@ pub mod measure;
 pub mod mesh;
 pub mod render;
 pub mod sample;
+pub mod scalars;
 pub mod spectrum;
 
 use std::path::Path;
@@ -38,6 +39,9 @@ pub enum Command {
     Measure(measure::Arguments),
     /// Make a picture of a mesh
     Render(render::Arguments),
+    /// Scalar fields stored in a model
+    #[command(subcommand)]
+    Scalars(scalars::Arguments),
     /// Smallest eigenvalues and eigenfunctions of the Laplacian
     Spectrum(spectrum::Arguments),
     /// Write a built-in shape
@@ -59,6 +63,7 @@ impl Command {
             Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Measure(arguments) => measure::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
+            Self::Scalars(arguments) => scalars::run(arguments, context),
             Self::Spectrum(arguments) => spectrum::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
         }

@@ -19,7 +19,7 @@ use crate::TriangleMesh;
 
 pub use atomic::atomic_write;
 pub use ply::{PlyElement, ply_elements};
-pub use write::{WriteError, format_to_write, write_mesh};
+pub use write::{WriteError, format_to_write, is_property_name, write_mesh};
 
 /// The mesh file formats known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -51,6 +51,12 @@ pub fn format_to_write(path: &Path) -> Result<MeshFormat, WriteError> {
     }
 }
 
+/// Whether scalars can have this name in a PLY file: one word of ASCII other than x, y, z.
+pub fn is_property_name(name: &str) -> bool {
+    let is_word = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic());
+    is_word && !["x", "y", "z"].contains(&name)
+}
+
 /// Writes a mesh in the format its extension names: `.ply` (binary little-endian, float positions, the
 /// scalars as float properties of the vertices), `.obj` (decimals that read back the same) or `.stl` (binary,
 /// float). OBJ and STL have no place for scalars; they are left out. The file appears only when it is
@@ -69,8 +75,7 @@ pub fn write_mesh(
             let (values, vertices) = (values.len(), mesh.vertex_count());
             return Err(WriteError::ScalarLength { name: name.clone(), values, vertices });
         }
-        let is_word = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic());
-        if !is_word || ["x", "y", "z"].contains(&name.as_str()) {
+        if !is_property_name(name) {
             return Err(WriteError::ScalarName { name: name.clone() });
         }
     }

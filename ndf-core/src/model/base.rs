@@ -12,6 +12,14 @@ use crate::{ManifoldMesh, TriangleMesh};
 /// How positions and faces are written.
 const PLAIN: u8 = 0;
 const CODED: u8 = 1;
+/// Faces a coded byte may stand for, beyond the first 2¹⁶: what a hostile file can ask for stays in proportion. More
+/// regular meshes are written plain.
+const MOST_PER_BYTE: usize = 1024;
+
+fn is_plausible(faces: usize, bytes: usize) -> bool {
+    faces <= (1 << 16) + MOST_PER_BYTE * bytes
+}
+
 /// In place of the exponent of a grid: positions are plain.
 const NO_GRID: i8 = i8::MAX;
 
@@ -55,6 +63,9 @@ fn coded(base: &ManifoldMesh) -> Option<(Vec<u8>, Vec<u32>)> {
         code_positions(&mut coder, &base, Some(&known));
     }
     let stream = coder.finish();
+    if !is_plausible(base.face_count(), stream.len()) {
+        return None;
+    }
     let mut w = Writer::default();
     w.u8(CODED);
     w.u32(base.vertex_count() as u32);
@@ -79,17 +90,16 @@ fn reordered(mesh: &ManifoldMesh, order: &Order) -> ManifoldMesh {
     ManifoldMesh::try_from(mesh).expect("the connectivity is the same")
 }
 
-/// Reads the section as it is since version 2.
-pub(super) fn read(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
-    match r.u8()? {
+/// Reads the section. In version 1 it is always plain, without saying so.
+pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<ManifoldMesh, ModelError> {
+    match if version == 1 { PLAIN } else { r.u8()? } {
         PLAIN => read_plain(r),
         CODED => read_coded(r),
         other => Err(r.defect(format!("coding {other} is not known"))),
     }
 }
 
-/// Reads the section of version 1.
-pub(super) fn read_plain(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
+fn read_plain(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
     let positions = read_positions(&mut r, vertices)?;
     let count = faces.saturating_mul(3);
@@ -116,6 +126,9 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
     let exponent = r.u8()? as i8;
     let length = r.u32()? as usize;
+    if !is_plausible(faces, length) {
+        return Err(r.defect("it has absurdly many faces"));
+    }
     let mut coder = Decoder::new(r.take(length)?);
     let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
     if found != vertices {
@@ -130,8 +143,8 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let grid = Grid::new(exponent);
     let base = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
     let integers = code_positions(&mut coder, &base, None);
-    if coder.is_exhausted() {
-        return Err(r.defect("it ends too early"));
+    if coder.is_exhausted() || !coder.is_spent() {
+        return Err(r.defect("its positions do not fit its faces"));
     }
     let positions: Vec<DVec3> =
         integers.iter().map(|p| Vec3::from(p.map(|q| grid.number(q))).as_dvec3()).collect();

@@ -1,35 +1,18 @@
-//! The `.ndf` file, version 1. All numbers little-endian.
+//! The `.ndf` file: a table of sections with checksums. `docs/format.md` specifies it for other programs.
 //!
-//! | bytes | what |
-//! |---|---|
-//! | 8 | magic `89 4E 44 46 0D 0A 1A 0A` (so that a transfer as text is noticed) |
-//! | 4 | version, 1 |
-//! | 4 | number of sections n |
-//! | 16 n | per section: 4-byte tag, CRC-32 of its payload, 8-byte length |
-//! | 4 | CRC-32 of everything so far |
-//! | … | payloads, in the order of the table, without gaps |
-//!
-//! Sections (a reader skips tags it does not know; the first four are required):
-//!
-//! | tag | payload |
-//! |---|---|
-//! | `SIML` | f64 scale, f64×3 centre: `normalised = scale · (world − centre)` |
-//! | `BASE` | u32 V, u32 F, f32×3 V positions, 3 F indices (u16 where V ≤ 65,536, else u32) |
-//! | `FEAT` | u32 d, f32 V·d, vertex-major |
-//! | `NETW` | u8 activation (0 ReLU, 1 leaky ReLU, 2 SiLU, 3 sine, 4 tanh), u8 residual, u8 octaves, u8 hidden layers, u32 widths of these, f32 parameters |
-//! | `PROV` | UTF-8 JSON |
+//! Writing loses nothing: arrays whose numbers lie on coarse grids are coded, others are written as they are. To make a
+//! model small is another matter ([`Precision`](super::Precision)).
 
 use std::fs;
 use std::path::Path;
 
 use super::bytes::{Reader, Writer};
-use super::{Model, base, features, network};
+use super::numbers::Groups;
+use super::{Model, base, container, network, numbers};
 use crate::field::DisplacementField;
-use crate::{DVec3, Similarity};
+use crate::{DVec3, Similarity, StoredScalars, scalars};
 
-const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
-const VERSION: u32 = 2;
-const MOST_SECTIONS: usize = 1024;
+const MOST_FEATURES: usize = 4096;
 
 /// Why bytes are not a model.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +24,7 @@ pub enum ModelError {
     #[error("not an .ndf model: the file does not begin with the magic number")]
     Magic,
     /// Made by a later version.
-    #[error("the model has format version {0}; this program reads up to version {VERSION}")]
+    #[error("the model has format version {0}; this program reads up to version {newest}", newest = container::VERSION)]
     Version(u32),
     /// The header or the section table is damaged.
     #[error("the model is damaged: {0}")]
@@ -80,23 +63,12 @@ pub struct SectionSizes {
 impl Model {
     /// Whether a file that begins with these bytes means to be a model.
     pub fn is_model(beginning: &[u8]) -> bool {
-        beginning.starts_with(&MAGIC)
+        container::is_model(beginning)
     }
 
     /// The bytes of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let sections = self.sections();
-        let mut file = Writer(MAGIC.to_vec());
-        file.u32(VERSION);
-        file.u32(sections.len() as u32);
-        for (tag, payload) in &sections {
-            file.0.extend(tag.as_bytes());
-            file.u32(crc32fast::hash(payload));
-            file.0.extend((payload.len() as u64).to_le_bytes());
-        }
-        file.u32(crc32fast::hash(&file.0));
-        sections.iter().for_each(|(_, payload)| file.0.extend(payload));
-        file.0
+        container::join(&self.sections())
     }
 
     /// The model in these bytes.
@@ -104,29 +76,24 @@ impl Model {
     /// # Errors
     /// If they are not a whole, undamaged model. Allocates no more than a small multiple of the input.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
-        let (version, sections) = split(bytes)?;
+        let (version, sections) = container::split(bytes)?;
         let section = |tag: &'static str| {
             let found = sections.iter().find(|(t, _)| t == tag.as_bytes());
             found.map(|(_, payload)| Reader::new(tag, payload)).ok_or(ModelError::Missing(tag))
         };
         let similarity = read_similarity(section("SIML")?)?;
-        let (base, features) = (section("BASE")?, section("FEAT")?);
-        let (base, (dimension, features)) = if version == 1 {
-            let base = base::read_plain(base)?;
-            let features = features::read_plain(features, base.vertex_count())?;
-            (base, features)
-        } else {
-            let base = base::read(base)?;
-            let features = features::read(features, base.vertex_count())?;
-            (base, features)
-        };
+        let base = base::read(section("BASE")?, version)?;
+        let (dimension, features) = read_features(section("FEAT")?, base.vertex_count(), version)?;
         let (shape, parameters) = network::read(section("NETW")?, dimension, version)?;
         let field = DisplacementField::new(base, shape, features, parameters)
             .map_err(|e| ModelError::Section { section: "NETW", defect: e.to_string() })?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
-        Ok(Self { field, similarity, provenance })
+        let scalars = sections.iter().filter(|(tag, _)| tag == scalars::TAG.as_bytes());
+        let scalars = scalars.map(|(_, p)| StoredScalars::from_payload(p, field.base().vertex_count()));
+        let scalars = scalars.collect::<Result<_, _>>()?;
+        Ok(Self { field, similarity, scalars, provenance })
     }
 
     /// Reads a model file.
@@ -145,25 +112,29 @@ impl Model {
                 "BASE" => sizes.base = payload.len(),
                 "FEAT" => sizes.features = payload.len(),
                 "NETW" => sizes.network = payload.len(),
+                scalars::TAG => sizes.scalars += payload.len(),
                 _ => {}
             }
         }
         sizes
     }
 
-    fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
+    pub(super) fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
         let shape = self.field.shape();
         let d = shape.features;
         let (base, order) = base::write(self.field.base());
-        let of_vertex = |v: &u32| &self.field.features()[*v as usize * d..][..d];
+        let of_vertex = |&v: &u32| &self.field.features()[v as usize * d..][..d];
         let features: Vec<f32> = order.iter().flat_map(of_vertex).copied().collect();
-        vec![
+        let mut sections = vec![
             ("SIML", self.similarity_bytes()),
             ("BASE", base),
-            ("FEAT", features::write(order.len(), d, &features)),
+            ("FEAT", feature_bytes(d, &features)),
             ("NETW", network::write(shape, self.field.network())),
             ("PROV", self.provenance.as_bytes().to_vec()),
-        ]
+        ];
+        sections
+            .extend(self.scalars.iter().map(|fields| (scalars::TAG, fields.reordered(&order).to_payload())));
+        sections
     }
 
     fn similarity_bytes(&self) -> Vec<u8> {
@@ -174,49 +145,24 @@ impl Model {
     }
 }
 
-/// Tag and payload.
-type Section<'a> = ([u8; 4], &'a [u8]);
+fn feature_bytes(dimension: usize, features: &[f32]) -> Vec<u8> {
+    let mut w = Writer::default();
+    w.u32(dimension as u32);
+    numbers::write(&mut w, Groups::Interleaved(dimension), features);
+    w.0
+}
 
-/// All sections, checksums verified.
-fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError> {
-    const ENTRY: usize = 16;
-    let word = |at: usize| -> Option<u32> { bytes.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b)) };
-    if !Model::is_model(bytes) {
-        return Err(ModelError::Magic);
+fn read_features(mut r: Reader<'_>, vertices: usize, version: u32) -> Result<(usize, Vec<f32>), ModelError> {
+    let dimension = r.u32()? as usize;
+    if dimension > MOST_FEATURES {
+        return Err(r.defect(format!("{dimension} features a vertex are more than {MOST_FEATURES}")));
     }
-    let cut = ModelError::Header("the file is cut short");
-    let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
-    if version == 0 || version > VERSION {
-        return Err(ModelError::Version(version));
-    }
-    if count as usize > MOST_SECTIONS {
-        return Err(ModelError::Header("it claims an absurd number of sections"));
-    }
-    let table_end = 16 + ENTRY * count as usize;
-    let Some(header_sum) = word(table_end) else { return Err(cut) };
-    if crc32fast::hash(&bytes[..table_end]) != header_sum {
-        return Err(ModelError::Header("the checksum of the header does not match"));
-    }
-    let mut rest = &bytes[table_end + 4..];
-    let mut sections = Vec::with_capacity(count as usize);
-    for entry in bytes[16..table_end].chunks_exact(ENTRY) {
-        let (tag, entry) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
-        let (sum, length) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
-        let length = u64::from_le_bytes(*length.first_chunk().expect("an entry has 16 bytes"));
-        let Some((payload, after)) = usize::try_from(length).ok().and_then(|l| rest.split_at_checked(l))
-        else {
-            return Err(cut);
-        };
-        if crc32fast::hash(payload) != u32::from_le_bytes(*sum) {
-            return Err(ModelError::Checksum(String::from_utf8_lossy(tag).into_owned()));
-        }
-        rest = after;
-        sections.push((*tag, payload));
-    }
-    if !rest.is_empty() {
-        return Err(ModelError::Header("there is something behind the last section"));
-    }
-    Ok((version, sections))
+    let features = match version {
+        1 => r.f32s(vertices * dimension)?,
+        _ => numbers::read(&mut r, Groups::Interleaved(dimension), vertices * dimension)?,
+    };
+    r.end()?;
+    Ok((dimension, features))
 }
 
 fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
@@ -224,109 +170,4 @@ fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
     let center = DVec3::new(r.f64()?, r.f64()?, r.f64()?);
     r.end()?;
     Similarity::new(scale, center).ok_or_else(|| r.defect("the scale or the centre is not usable"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::shapes;
-    use rand::RngExt;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-
-    fn model() -> Model {
-        let base = ManifoldMesh::try_from(shapes::icosphere(0)).unwrap();
-        let shape = FieldShape {
-            features: 2,
-            octaves: 1,
-            hidden: vec![3],
-            activation: Activation::Silu,
-            residual: true,
-        };
-        let field = DisplacementField::untrained(base, shape, 5).unwrap();
-        let similarity = Similarity::new(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap();
-        Model { field, similarity, provenance: "{\"seed\": 5}".to_owned() }
-    }
-
-    #[test]
-    fn round_trip_keeps_every_bit() {
-        let model = model();
-        let bytes = model.to_bytes();
-        let again = Model::from_bytes(&bytes).unwrap();
-        assert_eq!(again.to_bytes(), bytes);
-        assert_eq!(again.similarity, model.similarity);
-        assert_eq!(again.field.base().positions(), model.field.base().positions());
-        assert_eq!(again.field.base().faces(), model.field.base().faces());
-        assert_eq!(again.provenance, model.provenance);
-        let sizes = model.section_sizes();
-        assert_eq!(sizes.total, bytes.len());
-        assert_eq!(sizes.base, 8 + 12 * 12 + 2 * 60);
-    }
-
-    #[test]
-    fn every_truncation_and_every_flipped_byte_is_noticed() {
-        let bytes = model().to_bytes();
-        for length in 0..bytes.len() {
-            assert!(Model::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
-        }
-        for at in 0..bytes.len() {
-            let mut damaged = bytes.clone();
-            damaged[at] ^= 0x10;
-            assert!(Model::from_bytes(&damaged).is_err(), "byte {at}");
-        }
-    }
-
-    /// Damages a payload and mends the checksums, so that the section readers themselves are tried.
-    #[test]
-    fn hostile_payloads_give_errors_or_models_but_no_panic() {
-        let good = model();
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        for round in 0..3000 {
-            let mut sections = good.sections();
-            let which = round % 4;
-            let payload = &mut sections[which].1;
-            for _ in 0..rng.random_range(1..4) {
-                // The headers of the sections are the interesting part.
-                let at = rng.random_range(0..payload.len().min(64));
-                payload[at] = rng.random();
-            }
-            if rng.random_bool(0.2) {
-                payload.truncate(rng.random_range(0..payload.len()));
-            }
-            let mut file = Writer(MAGIC.to_vec());
-            file.u32(VERSION);
-            file.u32(sections.len() as u32);
-            for (tag, payload) in &sections {
-                file.0.extend(tag.as_bytes());
-                file.u32(crc32fast::hash(payload));
-                file.0.extend((payload.len() as u64).to_le_bytes());
-            }
-            file.u32(crc32fast::hash(&file.0));
-            sections.iter().for_each(|(_, payload)| file.0.extend(payload));
-            let _ = Model::from_bytes(&file.0);
-        }
-    }
-
-    #[test]
-    fn unknown_sections_are_skipped_and_later_versions_named() {
-        let bytes = model().to_bytes();
-        let mut later = bytes.clone();
-        later[8] = 9;
-        assert!(matches!(Model::from_bytes(&later), Err(ModelError::Version(9))));
-        assert!(matches!(Model::from_bytes(b"solid cube"), Err(ModelError::Magic)));
-
-        let payload = b"something new";
-        let table_end = 16 + 16 * 5;
-        let mut more = Writer(MAGIC.to_vec());
-        more.u32(VERSION);
-        more.u32(6);
-        more.0.extend(&bytes[16..table_end]);
-        more.0.extend(b"NEWS");
-        more.u32(crc32fast::hash(payload));
-        more.0.extend((payload.len() as u64).to_le_bytes());
-        more.u32(crc32fast::hash(&more.0));
-        more.0.extend(&bytes[table_end + 4..]);
-        more.0.extend(payload);
-        assert!(Model::from_bytes(&more.0).is_ok());
-    }
 }

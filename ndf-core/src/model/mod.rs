@@ -2,19 +2,22 @@
 //! file that holds it.
 
 mod base;
-mod bytes;
+pub(crate) mod bytes;
 mod connectivity;
-mod features;
+mod container;
 mod format;
 mod grid;
 mod network;
+pub(crate) mod numbers;
 mod precision;
 mod range_coder;
+#[cfg(test)]
+mod tests;
 
 pub use format::{ModelError, SectionSizes};
 pub use precision::{Grids, Precision, stored_base};
 
-use crate::{DisplacementField, Similarity};
+use crate::{DisplacementField, Similarity, StoredScalars};
 
 /// Everything a `.ndf` file holds.
 #[derive(Clone, Debug)]
@@ -23,6 +26,8 @@ pub struct Model {
     pub field: DisplacementField,
     /// From the user's units to the box.
     pub similarity: Similarity,
+    /// Scalar fields over the base mesh, in the order in which they were learned.
+    pub scalars: Vec<StoredScalars>,
     /// How the model was made, as a JSON object: settings, seed, version, metrics. Opaque here.
     pub provenance: String,
 }

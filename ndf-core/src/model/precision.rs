@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Model;
 use super::base::in_file_order;
 use super::grid::Grid;
-use super::network::groups;
+use super::numbers::Groups;
 use crate::field::{DisplacementField, FieldError, FieldShape};
 use crate::{ManifoldMesh, Similarity};
 
@@ -50,16 +50,14 @@ pub struct Grids {
 impl Grids {
     /// Grids on which features (vertex-major) and network parameters have this precision.
     pub fn new(shape: &FieldShape, features: &[f32], parameters: &[f32], precision: Precision) -> Self {
-        let largest = |values: &mut dyn Iterator<Item = &f32>| values.fold(0.0_f32, |m, x| m.max(x.abs()));
-        let of_feature = |k: usize| {
-            let largest = largest(&mut features.iter().skip(k).step_by(shape.features));
-            Grid::reaching(largest, precision.features).exponent()
+        let of_groups = |groups: Groups<'_>, numbers: &[f32], bits: u32| -> Vec<i8> {
+            let largest = |group: Vec<f32>| group.into_iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+            let grid = |group| Grid::reaching(largest(group), bits).exponent();
+            groups.split(numbers).into_iter().map(grid).collect()
         };
-        let of_group =
-            |group: &[f32]| Grid::reaching(largest(&mut group.iter()), precision.weights).exponent();
         Self {
-            features: (0..shape.features).map(of_feature).collect(),
-            network: groups(&shape.network(), parameters).into_iter().map(of_group).collect(),
+            features: of_groups(Groups::Interleaved(shape.features), features, precision.features),
+            network: of_groups(Groups::Layers(&shape.network()), parameters, precision.weights),
         }
     }
 

@@ -152,6 +152,11 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
+    /// Whether all bytes were read: the encoder writes none that the decoder does not need.
+    pub(super) fn is_spent(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
     fn shift(&mut self) {
         let byte = match self.bytes.split_first() {
             Some((&byte, rest)) => {
@@ -279,7 +284,7 @@ mod tests {
     fn decoded(bytes: &[u8], count: usize) -> Vec<i32> {
         let (mut decoder, mut model) = (Decoder::new(bytes), Integers::new());
         let values = (0..count).map(|_| model.code(&mut decoder, 0)).collect();
-        assert!(!decoder.is_exhausted());
+        assert!(!decoder.is_exhausted() && decoder.is_spent());
         values
     }
 

@@ -1,0 +1,274 @@
+//! `ndf scalars`: scalar fields that are stored in a model.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, Subcommand};
+use ndf_core::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
+use ndf_core::{Model, StoredScalars};
+use ndf_train::scalars::{ScalarFit, ScalarReport, ScalarSettings, fit};
+use serde_json::{Value, json};
+
+use super::extract::{EdgeLength, extraction, to_world};
+use super::fit::Preset;
+use super::read_faces;
+use crate::context::Context;
+use crate::input::read_model;
+use crate::interrupt;
+use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+
+/// What `ndf scalars` can be asked to do.
+#[derive(Debug, Subcommand)]
+pub enum Arguments {
+    /// Learn the scalars of a mesh near the model's surface, and store them in the model
+    Fit(FitArguments),
+    /// Make a mesh of a model, with the values of its scalars
+    Eval(EvalArguments),
+}
+
+/// Arguments of `ndf scalars fit`.
+#[derive(Args, Debug)]
+pub struct FitArguments {
+    /// The model.
+    model: PathBuf,
+    /// A mesh near the model's surface, in the same units, with scalars at its vertices.
+    values: PathBuf,
+    /// The model to write, with the scalars in it.
+    #[arg(short, long, value_name = "OUT.ndf")]
+    output: PathBuf,
+    /// Learn this scalar, not all of the file; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    scalar: Vec<String>,
+    /// Settings to start from.
+    #[arg(long, value_enum, default_value_t)]
+    preset: Preset,
+    /// Features of every base vertex [default: 4].
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    features: Option<u32>,
+    /// Epochs [default: 3000; paper: 40000].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    epochs: Option<u32>,
+}
+
+/// Arguments of `ndf scalars eval`.
+#[derive(Args, Debug)]
+pub struct EvalArguments {
+    /// The model.
+    model: PathBuf,
+    /// The mesh to write (.ply; other formats hold no scalars).
+    #[arg(short, long, value_name = "MESH")]
+    output: PathBuf,
+    #[command(flatten)]
+    edge_length: EdgeLength,
+}
+
+/// Learns or evaluates scalars.
+///
+/// # Errors
+/// If an input cannot be read or is not usable, training fails, or the output cannot be written.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    match arguments {
+        Arguments::Fit(arguments) => run_fit(arguments, context),
+        Arguments::Eval(arguments) => run_eval(arguments, context),
+    }
+}
+
+impl FitArguments {
+    fn settings(&self, seed: u64) -> ScalarSettings {
+        let preset = match self.preset {
+            Preset::Default => ScalarSettings::default(),
+            Preset::Paper => ScalarSettings::paper(),
+        };
+        let mut settings = ScalarSettings { seed, ..preset };
+        if let Some(features) = self.features {
+            settings.shape.features = features as usize;
+        }
+        if let Some(epochs) = self.epochs {
+            settings.epochs = epochs as usize;
+        }
+        settings
+    }
+
+    /// The scalars to be learned.
+    fn wanted(&self, file: MeshFile) -> Result<Vec<VertexScalars>, Failure> {
+        let name = self.values.display();
+        if file.scalars.is_empty() {
+            let failure = Failure::new(format!("{name} has no scalars at its vertices"));
+            return Err(failure.try_instead("`ndf geodesic` and `ndf spectrum` write PLY files that have"));
+        }
+        if let Some(missing) = self.scalar.iter().find(|n| file.scalars.iter().all(|s| s.name != **n)) {
+            let there: Vec<&str> = file.scalars.iter().map(|s| s.name.as_str()).collect();
+            let failure = Failure::new(format!("{name} has no scalar named {missing}"));
+            return Err(failure.try_instead(&format!("it has {}", there.join(", "))));
+        }
+        let is_wanted = |s: &VertexScalars| self.scalar.is_empty() || self.scalar.contains(&s.name);
+        Ok(file.scalars.into_iter().filter(is_wanted).collect())
+    }
+}
+
+fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failure> {
+    check_place(&arguments.output)?;
+    let mut model = read_model(&arguments.model)?;
+    let mut file = read_faces(&arguments.values, context)?;
+    let mesh = std::mem::take(&mut file.mesh);
+    let scalars = arguments.wanted(file)?;
+    let settings = arguments.settings(context.seed());
+    let progress = context.progress().cancelled_by(interrupt::flag());
+    let learned = fit(&model, &mesh, &scalars, &settings, &progress);
+    drop(progress);
+    let ScalarFit { fields, report } = learned.map_err(|e| {
+        let (values, model) = (arguments.values.display(), arguments.model.display());
+        Failure::new(format!("cannot learn the scalars of {values} on {model}: {e}"))
+    })?;
+    if report.interrupted {
+        let (done, all) = (report.epochs, settings.epochs);
+        return Err(Failure::new(format!("interrupted after {done} of {all} epochs; nothing is written")));
+    }
+    let json = figures(&fields, &report);
+    add_to_provenance(&mut model, &settings, &json);
+    let text = summary(&fields, &report, &model);
+    store(&mut model, fields).map_err(|e| Failure::new(format!("{}: {e}", arguments.model.display())))?;
+    let bytes = model.to_bytes();
+    let path = arguments.output.display().to_string();
+    atomic_write(&arguments.output, |out| out.write_all(&bytes))
+        .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
+    let mut outcome = Outcome::new(json, format!("{path}: {} bytes\n{text}", grouped(bytes.len())));
+    outcome.json.insert("output".into(), path.into());
+    outcome.json.insert("model_bytes".into(), bytes.len().into());
+    Ok(outcome)
+}
+
+/// Puts fields into a model, in the place of earlier ones of the same names.
+fn store(model: &mut Model, fields: StoredScalars) -> Result<(), String> {
+    let is_new = |name: &str| fields.channels().iter().any(|c| c.name == name);
+    for earlier in &model.scalars {
+        let names = || earlier.channels().iter().map(|c| c.name.as_str());
+        let replaced = names().find(|n| is_new(n));
+        if let (Some(replaced), Some(lost)) = (replaced, names().find(|n| !is_new(n))) {
+            return Err(format!(
+                "it has a scalar {replaced} already, learned together with {lost}; learn both again or neither"
+            ));
+        }
+    }
+    model.scalars.retain(|earlier| !earlier.channels().iter().any(|c| is_new(&c.name)));
+    model.scalars.push(fields);
+    Ok(())
+}
+
+/// Notes in the model how its scalars were learned.
+fn add_to_provenance(model: &mut Model, settings: &ScalarSettings, figures: &Value) {
+    let mut provenance: Value = serde_json::from_str(&model.provenance).unwrap_or_else(|_| json!({}));
+    let Some(object) = provenance.as_object_mut() else { return };
+    let record = json!({"settings": settings, "metrics": figures["scalars"]});
+    match object.entry("scalars").or_insert_with(|| json!([])) {
+        Value::Array(records) => records.push(record),
+        other => *other = json!([record]),
+    }
+    model.provenance = provenance.to_string();
+}
+
+fn figures(fields: &StoredScalars, report: &ScalarReport) -> Value {
+    let overall = report.overall();
+    let channels = fields.channels().iter().zip(&report.channels);
+    let scalars: Vec<Value> = channels
+        .map(|(channel, error)| {
+            json!({
+                "name": channel.name, "min": channel.range[0], "max": channel.range[1],
+                "rms_error": error.rms, "max_error": error.max,
+            })
+        })
+        .collect();
+    json!({
+        "seconds": report.seconds,
+        "seconds_sampling": report.seconds_sampling,
+        "epochs": report.epochs,
+        "rms_error": overall.rms,
+        "max_error": overall.max,
+        "scalars": scalars,
+        "features": fields.shape().features,
+        "network_parameters": fields.network().parameters().len(),
+        "distance_rms": report.distance_rms,
+        "distance_max": report.distance_max,
+        "bytes": fields.to_payload().len(),
+    })
+}
+
+fn summary(fields: &StoredScalars, report: &ScalarReport, model: &Model) -> String {
+    /// Scalars that are listed one by one.
+    const LISTED: usize = 20;
+    let percent = |share: f64| format!("{:.3} %", 100.0 * share);
+    let overall = report.overall();
+    let mut rows = vec![
+        ("scalars", fields.channels().len().to_string()),
+        ("error", format!("{} of the range rms, {} at most", percent(overall.rms), percent(overall.max))),
+        (
+            "stored as",
+            format!(
+                "{} bytes: {} features a base vertex, {} parameters",
+                grouped(fields.to_payload().len()),
+                fields.shape().features,
+                grouped(fields.network().parameters().len())
+            ),
+        ),
+        (
+            "their mesh",
+            format!(
+                "{} rms from the surface, {} at most; the box has side {}",
+                readable(report.distance_rms),
+                readable(report.distance_max),
+                readable(model.similarity.length_to_world(3.0))
+            ),
+        ),
+        ("training", format!("{} epochs in {:.1} s", grouped(report.epochs), report.seconds)),
+    ];
+    for (channel, error) in fields.channels().iter().zip(&report.channels).take(LISTED) {
+        let [least, most] = channel.range.map(|x| readable(f64::from(x)));
+        rows.push((
+            &channel.name,
+            format!("{least} to {most}, error {} rms, {} at most", percent(error.rms), percent(error.max)),
+        ));
+    }
+    table(&rows)
+}
+
+fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Failure> {
+    format_to_write(&arguments.output)?;
+    check_place(&arguments.output)?;
+    let model = read_model(&arguments.model)?;
+    let name = arguments.model.display();
+    if model.scalars.is_empty() {
+        let failure = Failure::new(format!("{name} has no scalars"));
+        return Err(failure.try_instead("`ndf scalars fit` stores some in it"));
+    }
+    let started = Instant::now();
+    let found =
+        extraction(&model, arguments.edge_length).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let mesh = to_world(&model, &found.mesh);
+    let base = model.field.base();
+    let columns: Vec<VertexScalars> =
+        model.scalars.iter().flat_map(|fields| fields.columns(base, &found.origins)).collect();
+    let seconds = started.elapsed().as_secs_f64();
+    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &columns)?;
+    let ranges: Vec<Value> = columns
+        .iter()
+        .map(|column| {
+            let least = column.values.iter().fold(f32::INFINITY, |m, x| m.min(*x));
+            let most = column.values.iter().fold(f32::NEG_INFINITY, |m, x| m.max(*x));
+            json!({"name": column.name, "min": least, "max": most})
+        })
+        .collect();
+    let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+    let json = json!({
+        "seconds": seconds,
+        "vertices": mesh.vertex_count(),
+        "faces": mesh.face_count(),
+        "scalars": ranges,
+    });
+    let rows = [
+        ("vertices", grouped(mesh.vertex_count())),
+        ("scalars", names.join(", ")),
+        ("time", format!("{seconds:.3} s")),
+    ];
+    let path = arguments.output.display();
+    Ok(Outcome::new(json, format!("{path}: {} faces\n{}", grouped(mesh.face_count()), table(&rows))))
+}

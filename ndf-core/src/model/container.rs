@@ -1,0 +1,75 @@
+//! What holds the sections: a header, a table, checksums.
+
+use super::bytes::Writer;
+use super::format::ModelError;
+
+/// Not text, so that a transfer as text is noticed.
+const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
+/// The version written. All before it are read.
+pub(super) const VERSION: u32 = 2;
+const MOST_SECTIONS: usize = 1024;
+
+/// Whether a file that begins with these bytes means to be a model.
+pub(super) fn is_model(beginning: &[u8]) -> bool {
+    beginning.starts_with(&MAGIC)
+}
+
+/// The file of these sections, each a tag of four bytes and a payload.
+pub(super) fn join(sections: &[(&str, Vec<u8>)]) -> Vec<u8> {
+    let mut file = Writer(MAGIC.to_vec());
+    file.u32(VERSION);
+    file.u32(sections.len() as u32);
+    for (tag, payload) in sections {
+        file.0.extend(tag.as_bytes());
+        file.u32(crc32fast::hash(payload));
+        file.0.extend((payload.len() as u64).to_le_bytes());
+    }
+    file.u32(crc32fast::hash(&file.0));
+    sections.iter().for_each(|(_, payload)| file.0.extend(payload));
+    file.0
+}
+
+/// Tag and payload.
+type Section<'a> = ([u8; 4], &'a [u8]);
+
+/// The version and all sections, checksums verified.
+pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError> {
+    const ENTRY: usize = 16;
+    let word = |at: usize| -> Option<u32> { bytes.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b)) };
+    if !is_model(bytes) {
+        return Err(ModelError::Magic);
+    }
+    let cut = ModelError::Header("the file is cut short");
+    let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
+    if version == 0 || version > VERSION {
+        return Err(ModelError::Version(version));
+    }
+    if count as usize > MOST_SECTIONS {
+        return Err(ModelError::Header("it claims an absurd number of sections"));
+    }
+    let table_end = 16 + ENTRY * count as usize;
+    let Some(header_sum) = word(table_end) else { return Err(cut) };
+    if crc32fast::hash(&bytes[..table_end]) != header_sum {
+        return Err(ModelError::Header("the checksum of the header does not match"));
+    }
+    let mut rest = &bytes[table_end + 4..];
+    let mut sections = Vec::with_capacity(count as usize);
+    for entry in bytes[16..table_end].chunks_exact(ENTRY) {
+        let (tag, entry) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
+        let (sum, length) = entry.split_first_chunk::<4>().expect("an entry has 16 bytes");
+        let length = u64::from_le_bytes(*length.first_chunk().expect("an entry has 16 bytes"));
+        let Some((payload, after)) = usize::try_from(length).ok().and_then(|l| rest.split_at_checked(l))
+        else {
+            return Err(cut);
+        };
+        if crc32fast::hash(payload) != u32::from_le_bytes(*sum) {
+            return Err(ModelError::Checksum(String::from_utf8_lossy(tag).into_owned()));
+        }
+        rest = after;
+        sections.push((*tag, payload));
+    }
+    if !rest.is_empty() {
+        return Err(ModelError::Header("there is something behind the last section"));
+    }
+    Ok((version, sections))
+}

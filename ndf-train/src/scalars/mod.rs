@@ -1,0 +1,237 @@
+//! Learning scalar fields on the base mesh of a model (supplement, §2.6 and Eq. 2).
+//!
+//! The fields are given at the vertices of a mesh near the learned surface, in the user's units. A sample x of the base mesh
+//! goes to g_θ(x), and has the values of the closest point of that mesh (`values`). Samples are drawn once and used
+//! again and again, so that an epoch (`trainer`, `step`) is nothing but the network's way there and back.
+
+mod settings;
+mod step;
+#[cfg(test)]
+mod tests;
+mod trainer;
+mod values;
+
+use std::time::Instant;
+
+use ndf_core::io::VertexScalars;
+use ndf_core::progress::Progress;
+use ndf_core::sampling::AreaSampler;
+use ndf_core::scalars::StoredScalarsError;
+use ndf_core::{Model, StoredScalars, TriangleMesh};
+
+pub use settings::ScalarSettings;
+
+use trainer::{Batch, Trainer};
+use values::{Drawn, Values};
+
+/// Samples on which the result is measured.
+const MEASURED_SAMPLES: usize = 65_536;
+
+/// Stream of random numbers of the measurement; batches count up from 0.
+const MEASURING_STREAM: u64 = u64::MAX;
+
+/// Samples that are drawn, at least one batch.
+const DRAWN_SAMPLES: usize = 1 << 18;
+
+/// Root of the mean squared distance to the mesh of the values, in the box of side 3, beyond which it is not a mesh of this
+/// surface.
+const FARTHEST: f64 = 0.15;
+
+/// Epochs between reports.
+const EPOCHS_REPORTED: usize = 16;
+
+/// Why scalar fields were not learned.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScalarError {
+    /// The settings do not make sense.
+    #[error("{0}")]
+    Settings(&'static str),
+    /// A field that has not a value for every vertex.
+    #[error("the scalar field {name} has {values} values for {vertices} vertices")]
+    Length {
+        /// Its name.
+        name: String,
+        /// How many values it has.
+        values: usize,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// Values that are NaN or infinite.
+    #[error("{count} of the {vertices} values of the scalar field {name} are not finite")]
+    NotFinite {
+        /// Its name.
+        name: String,
+        /// How many.
+        count: usize,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// The mesh of the values has no area.
+    #[error("the mesh of the values has no area")]
+    NoArea,
+    /// The base mesh has no area.
+    #[error("the base mesh of the model has no area")]
+    NoBaseArea,
+    /// The model's field is not finite.
+    #[error("the field of the model is not finite on base face {0}")]
+    FieldNotFinite(u32),
+    /// The mesh of the values is somewhere else.
+    #[error(
+        "the mesh of the values is not one of the model's surface: it is {distance:.3} away (root mean square)"
+    )]
+    Far {
+        /// Root of the mean squared distance, in the user's units.
+        distance: f64,
+    },
+    /// The loss became NaN or infinite.
+    #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
+    Diverged {
+        /// The epoch.
+        epoch: usize,
+    },
+    /// The fields cannot be stored.
+    #[error(transparent)]
+    Stored(#[from] StoredScalarsError),
+}
+
+/// How far a learned field is from its values, as shares of the range of the values; 0 for a field that is constant
+/// but for rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChannelError {
+    /// Root of the mean square.
+    pub rms: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+/// What came out, measured on fresh samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScalarReport {
+    /// Epochs made.
+    pub epochs: usize,
+    /// Wall seconds.
+    pub seconds: f64,
+    /// Of these, spent on drawing samples and looking their values up.
+    pub seconds_sampling: f64,
+    /// Errors of the channels, in order.
+    pub channels: Vec<ChannelError>,
+    /// Root of the mean squared distance from the surface to the mesh of the values, in the user's units.
+    pub distance_rms: f64,
+    /// The largest of these distances.
+    pub distance_max: f64,
+    /// Whether training ended before its last epoch.
+    pub interrupted: bool,
+}
+
+impl ScalarReport {
+    /// Root of the mean of the channels' squared errors, and the largest error of all.
+    pub fn overall(&self) -> ChannelError {
+        let squares: f64 = self.channels.iter().map(|c| c.rms * c.rms).sum();
+        let rms = (squares / self.channels.len().max(1) as f64).sqrt();
+        ChannelError { rms, max: self.channels.iter().fold(0.0, |max, c| max.max(c.max)) }
+    }
+}
+
+/// Learned scalar fields, and how good they are.
+#[derive(Clone, Debug)]
+pub struct ScalarFit {
+    /// The fields, over the base mesh of the model.
+    pub fields: StoredScalars,
+    /// How good they are.
+    pub report: ScalarReport,
+}
+
+/// Learns the fields that `scalars` give at the vertices of `mesh`, all together, on the base mesh of `model`. The result
+/// is a function of these and the settings alone: the number of threads does not matter. A cancelled run ends with
+/// what it has learned.
+///
+/// # Errors
+/// If the settings or values are not usable, the mesh is not one of the model's surface, or training diverges.
+pub fn fit(
+    model: &Model,
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    settings: &ScalarSettings,
+    progress: &dyn Progress,
+) -> Result<ScalarFit, ScalarError> {
+    let started = Instant::now();
+    if let Some(defect) = settings.defect() {
+        return Err(ScalarError::Settings(defect));
+    }
+    let values = Values::new(mesh, scalars)?;
+    let base = model.field.base();
+    let sampler = AreaSampler::of_manifold(base).ok_or(ScalarError::NoBaseArea)?;
+    let draw = |count, stream| values.draw(model, &sampler.sample(count, settings.seed, stream));
+    // Before hours of training: whether the values are there at all, and whether they can be stored.
+    let measured = draw(MEASURED_SAMPLES, MEASURING_STREAM)?;
+    let distance_rms = measured.distance_rms();
+    if distance_rms.is_nan() || model.similarity.length_to_normalised(distance_rms) > FARTHEST {
+        return Err(ScalarError::Far { distance: distance_rms });
+    }
+    let mut trainer = Trainer::new(base, values.channels.len(), settings);
+    trainer.fields(&values.channels)?;
+    let mut seconds_sampling = started.elapsed().as_secs_f64();
+
+    let batches = (DRAWN_SAMPLES / settings.samples).clamp(1, settings.epochs);
+    let mut drawn: Vec<Batch> = Vec::with_capacity(batches);
+    let mut interrupted = false;
+    while trainer.epoch() < settings.epochs {
+        let epoch = trainer.epoch();
+        if epoch.is_multiple_of(EPOCHS_REPORTED) {
+            if progress.cancelled() {
+                interrupted = true;
+                break;
+            }
+            progress.report("learning scalar fields", epoch as f64 / settings.epochs as f64);
+        }
+        if drawn.len() < batches {
+            let before = Instant::now();
+            drawn.push(Batch::new(draw(settings.samples, epoch as u64)?, base.face_count()));
+            seconds_sampling += before.elapsed().as_secs_f64();
+        }
+        let loss = trainer.run_epoch(&drawn[epoch % batches], &values);
+        if !loss.is_finite() {
+            return Err(ScalarError::Diverged { epoch });
+        }
+        if epoch.is_multiple_of(EPOCHS_REPORTED) {
+            progress.detail(&format!("error {:.2e}", loss.sqrt()));
+        }
+    }
+    progress.report("learning scalar fields", 1.0);
+    let epochs = trainer.epoch();
+    let fields = trainer.fields(&values.channels)?;
+    let report = ScalarReport {
+        epochs,
+        channels: errors(&fields, model, &values, &measured),
+        distance_rms,
+        distance_max: measured.distance_max(),
+        interrupted,
+        seconds_sampling,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    Ok(ScalarFit { fields, report })
+}
+
+fn errors(fields: &StoredScalars, model: &Model, values: &Values, measured: &Drawn) -> Vec<ChannelError> {
+    let found = fields.evaluate(model.field.base(), &measured.points);
+    let channels = fields.channels();
+    let mut errors = vec![ChannelError::default(); channels.len()];
+    let mut truth = vec![0.0; channels.len()];
+    for (found, foot) in found.chunks_exact(channels.len()).zip(&measured.feet) {
+        values.outputs_at(foot, &mut truth);
+        for ((error, channel), (found, truth)) in
+            errors.iter_mut().zip(channels).zip(found.iter().zip(&truth))
+        {
+            let range = f64::from(channel.range[1]) - f64::from(channel.range[0]);
+            if channel.deviation > 0.0 {
+                let difference = f64::from(found - channel.value(*truth)).abs() / range;
+                error.rms += difference * difference;
+                error.max = error.max.max(difference);
+            }
+        }
+    }
+    for error in &mut errors {
+        error.rms = (error.rms / measured.feet.len().max(1) as f64).sqrt();
+    }
+    errors
+}

@@ -1,0 +1,71 @@
+//! What a user may decide about learning scalar fields.
+
+use ndf_core::network::Activation;
+use ndf_core::scalars::{ChannelIndex, ScalarShape};
+use serde::{Deserialize, Serialize};
+
+use crate::settings::Schedule;
+
+/// All settings of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScalarSettings {
+    /// Sizes of the features and the network.
+    pub shape: ScalarShape,
+    /// Steps of the optimiser, each with a batch of samples.
+    pub epochs: usize,
+    /// Samples in a batch: s of the method. Every sample is one of all channels.
+    pub samples: usize,
+    /// Learning rate of the network.
+    pub rate: Schedule,
+    /// The features' rate, as a multiple of the network's: see [`Settings`](crate::Settings::feature_rate).
+    pub feature_rate: f32,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Default for ScalarSettings {
+    fn default() -> Self {
+        Self {
+            shape: ScalarShape::default(),
+            epochs: 3_000,
+            samples: 8_192,
+            rate: Schedule { first: 5e-3, last: 5e-5 },
+            feature_rate: 10.0,
+            seed: 0,
+        }
+    }
+}
+
+impl ScalarSettings {
+    /// The supplement's own training (§2.6): u_ξ(z(x), k) with ReLU, 40,000 epochs of 3,276 samples at a constant rate of
+    /// 1e-3 for everything.
+    pub fn paper() -> Self {
+        Self {
+            shape: ScalarShape {
+                activation: Activation::Relu,
+                index: ChannelIndex::Input,
+                ..ScalarShape::default()
+            },
+            epochs: 40_000,
+            samples: 3_276,
+            rate: Schedule::constant(1e-3),
+            feature_rate: 1.0,
+            seed: 0,
+        }
+    }
+
+    /// What is wrong with the settings, if anything.
+    pub(super) fn defect(&self) -> Option<&'static str> {
+        let positive = |x: f32| x.is_finite() && x > 0.0;
+        match self {
+            s if s.epochs == 0 => Some("there must be at least one epoch"),
+            s if s.samples == 0 => Some("there must be at least one sample"),
+            s if s.samples > 1 << 24 => Some("more than 16 million samples in a batch are not supported"),
+            s if !positive(s.rate.first) || !positive(s.rate.last) => {
+                Some("the learning rate must be positive")
+            }
+            s if !positive(s.feature_rate) => Some("the rate of the features must be positive"),
+            s => s.shape.defect(),
+        }
+    }
+}

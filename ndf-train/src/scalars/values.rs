@@ -1,0 +1,149 @@
+//! What is to be learned: values at the vertices of a mesh, and where samples of the base mesh find theirs.
+
+use ndf_core::io::VertexScalars;
+use ndf_core::sampling::FaceSample;
+use ndf_core::scalars::Channel;
+use ndf_core::{Hint, Model, TriangleMesh, TriangleTree};
+use rayon::prelude::*;
+
+use super::ScalarError;
+
+/// Samples whose feet are found one after the other, each from the last.
+const CHUNK: usize = 512;
+
+/// Fields that vary by less than this share of their largest value are taken as constant: what is left is rounding.
+const CONSTANT: f64 = 1e-6;
+
+/// Fields on a mesh.
+pub(super) struct Values {
+    tree: TriangleTree,
+    faces: Vec<[u32; 3]>,
+    /// Names, ranges and units.
+    pub(super) channels: Vec<Channel>,
+    /// What the network is to give at the vertices: vertex by vertex, a value for every channel.
+    outputs: Vec<f32>,
+}
+
+/// A point of the mesh of the values.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foot {
+    corners: [u32; 3],
+    weights: [f32; 3],
+}
+
+/// Samples of the base mesh, and the points of the mesh of the values closest to their images.
+pub(super) struct Drawn {
+    pub(super) points: Vec<FaceSample>,
+    pub(super) feet: Vec<Foot>,
+    /// Squared distances between images and feet, in the user's units.
+    distances_squared: Vec<f64>,
+}
+
+impl Drawn {
+    pub(super) fn distance_rms(&self) -> f64 {
+        let sum: f64 = self.distances_squared.iter().sum();
+        (sum / self.distances_squared.len() as f64).sqrt()
+    }
+
+    pub(super) fn distance_max(&self) -> f64 {
+        self.distances_squared.iter().fold(0.0_f64, |max, d| max.max(*d)).sqrt()
+    }
+}
+
+impl Values {
+    pub(super) fn new(mesh: &TriangleMesh, scalars: &[VertexScalars]) -> Result<Self, ScalarError> {
+        let vertices = mesh.vertex_count();
+        for VertexScalars { name, values } in scalars {
+            if values.len() != vertices {
+                return Err(ScalarError::Length { name: name.clone(), values: values.len(), vertices });
+            }
+            let count = values.iter().filter(|x| !x.is_finite()).count();
+            if count > 0 {
+                return Err(ScalarError::NotFinite { name: name.clone(), count, vertices });
+            }
+        }
+        let areas = vertex_areas(mesh);
+        let total: f64 = areas.iter().sum();
+        if !(total.is_finite() && total > 0.0) {
+            return Err(ScalarError::NoArea);
+        }
+        let channels: Vec<Channel> = scalars.iter().map(|s| channel(s, &areas, total)).collect();
+        let mut outputs = vec![0.0; vertices * channels.len()];
+        for (k, (channel, scalar)) in channels.iter().zip(scalars).enumerate() {
+            let column = outputs.iter_mut().skip(k).step_by(channels.len());
+            column.zip(&scalar.values).for_each(|(to, value)| *to = channel.output(*value));
+        }
+        Ok(Self { tree: TriangleTree::new(mesh), faces: mesh.faces().to_vec(), channels, outputs })
+    }
+
+    /// What the network is to give at a foot.
+    #[inline(always)]
+    pub(super) fn outputs_at(&self, foot: &Foot, to: &mut [f32]) {
+        let channels = self.channels.len();
+        let [a, b, c] = foot.corners.map(|v| &self.outputs[v as usize * channels..][..channels]);
+        let [u, v, w] = foot.weights;
+        for (to, ((a, b), c)) in to.iter_mut().zip(a.iter().zip(b).zip(c)) {
+            *to = u * a + v * b + w * c;
+        }
+    }
+
+    /// Maps points of the base mesh to the surface and finds their feet.
+    pub(super) fn draw(&self, model: &Model, points: &[FaceSample]) -> Result<Drawn, ScalarError> {
+        let images = model.field.map(points);
+        if let Some(i) = images.iter().position(|p| !p.is_finite()) {
+            return Err(ScalarError::FieldNotFinite(points[i].face));
+        }
+        // Chunks of a fixed size, since which of several closest points is found may depend on the hint.
+        let found = images.par_chunks(CHUNK).flat_map_iter(|images| {
+            let mut hint = Hint::NONE;
+            images.iter().map(move |&image| {
+                let p = model.similarity.to_world(image);
+                let closest =
+                    self.tree.closest_point(p, hint).expect("the tree has faces, and the point is finite");
+                hint = closest.hint();
+                let weights = closest.barycentric.map(|b| b as f32);
+                (Foot { corners: self.faces[closest.face as usize], weights }, closest.distance_squared)
+            })
+        });
+        let (feet, distances_squared) = found.collect::<Vec<_>>().into_iter().unzip();
+        Ok(Drawn { points: points.to_vec(), feet, distances_squared })
+    }
+}
+
+/// A third of the area of the faces around every vertex; faces that are not finite count for nothing.
+fn vertex_areas(mesh: &TriangleMesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.vertex_count()];
+    for (face, corners) in mesh.faces().iter().enumerate() {
+        let area = mesh.face_area(face as u32);
+        if area.is_finite() {
+            corners.iter().for_each(|&v| areas[v as usize] += area / 3.0);
+        }
+    }
+    areas
+}
+
+/// Range, mean and deviation of a field.
+fn channel(scalars: &VertexScalars, areas: &[f64], total: f64) -> Channel {
+    let values = &scalars.values;
+    let least = values.iter().fold(f32::INFINITY, |m, x| m.min(*x));
+    let most = values.iter().fold(f32::NEG_INFINITY, |m, x| m.max(*x));
+    let integral = |f: &dyn Fn(f64) -> f64| {
+        values.iter().zip(areas).map(|(x, area)| area * f(f64::from(*x))).sum::<f64>() / total
+    };
+    let mean = integral(&|x| x);
+    let deviation = integral(&|x| (x - mean) * (x - mean)).sqrt();
+    let extent = f64::from(most) - f64::from(least);
+    let is_constant = extent <= CONSTANT * f64::from(least.abs().max(most.abs()));
+    let deviation = if is_constant {
+        0.0
+    } else {
+        // A field that only varies where there is no area still has a unit.
+        deviation.max(1e-6 * extent).max(f64::from(f32::MIN_POSITIVE))
+    };
+    Channel {
+        name: scalars.name.clone(),
+        range: [least, most],
+        mean: mean as f32,
+        deviation: deviation as f32,
+    }
+}
