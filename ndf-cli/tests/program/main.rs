@@ -6,6 +6,7 @@ mod bad_meshes;
 mod commands;
 mod fields;
 mod learning;
+mod scalars;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
