@@ -153,7 +153,10 @@ impl Settings {
     pub(crate) fn defect(&self) -> Option<&'static str> {
         let positive = |x: f32| x.is_finite() && x > 0.0;
         let weight = |x: f32| x.is_finite() && x >= 0.0;
-        let octaves = self.field.octaves.max(self.reverse_octaves);
+        let reverse = FieldShape { octaves: self.reverse_octaves, ..self.field.clone() };
+        if let Some(defect) = self.field.defect().or(reverse.defect()) {
+            return Some(defect);
+        }
         match self {
             s if s.samples == 0 => Some("there must be at least one sample"),
             s if s.samples > 1 << 26 => Some("more than 67 million samples do not fit"),
@@ -171,17 +174,12 @@ impl Settings {
             s if ![s.lambda_p, s.lambda_c, s.lambda_d, s.lambda_n, s.lambda_f].into_iter().all(weight) => {
                 Some("weights of losses must not be negative")
             }
-            s if s.field.features > 4096 => Some("more than 4096 features a vertex are not supported"),
-            s if s.field.hidden.iter().any(|&w| w == 0 || w > 4096) => {
-                Some("hidden layers have 1 to 4096 neurons")
-            }
             s if !(0.0..=1.0).contains(&s.rounded_share) => {
                 Some("the share of rounded epochs is between 0 and 1")
             }
             s if s.precision.is_some_and(|p| !Precision::BITS.contains(&p.features)) => {
                 Some("features have 3 to 14 bits")
             }
-            _ if octaves > encoding::MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
             _ => None,
         }
     }

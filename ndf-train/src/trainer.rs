@@ -454,7 +454,8 @@ impl<'a> Trainer<'a> {
         let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
         let finer =
             Precision { features: precision.features + 3, weights: precision.weights + 3, ..precision };
-        let model = ModelFile { field, similarity: self.similarity, provenance: String::new() };
+        let model =
+            ModelFile { field, similarity: self.similarity, scalars: Vec::new(), provenance: String::new() };
         Ok(model.rounded(finer)?.field)
     }
 

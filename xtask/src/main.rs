@@ -3,6 +3,7 @@
 mod ablation;
 mod arrows;
 mod ci;
+mod compression;
 mod document;
 mod performance;
 mod representations;
@@ -24,6 +25,8 @@ enum Task {
     Arrows,
     /// Vary the settings of training and write CSV files and plots
     Ablation(ablation::Options),
+    /// Measure what models weigh and what that costs, beside Draco, and write the tables of docs/compression.md
+    Compression(compression::Options),
     /// Fit meshes with the default preset and write the table of the README
     Table {
         /// The folder with the meshes
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
     let done = match Task::parse() {
         Task::Ablation(options) => ablation::run(&options),
         Task::Ci => ci::run(),
+        Task::Compression(options) => compression::run(&options),
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
         Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),

@@ -98,9 +98,6 @@ pub struct Training {
     /// Keep all numbers in single precision.
     #[arg(long)]
     lossless: bool,
-    /// Share of the epochs in which numbers are rounded as they will be stored [default: 0.3].
-    #[arg(long, value_name = "X", hide = true)]
-    rounded_share: Option<f32>,
     /// End training after this long, with what is learned by then.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
@@ -117,6 +114,12 @@ pub enum Preset {
 }
 
 impl Training {
+    /// The same training with all numbers kept in single precision.
+    #[must_use]
+    pub fn lossless(self) -> Self {
+        Self { lossless: true, bits: None, ..self }
+    }
+
     /// Settings for a kind of input, with what was given.
     pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let preset = match self.preset {
@@ -143,7 +146,6 @@ impl Training {
         if self.lossless {
             settings.precision = None;
         }
-        settings.rounded_share = self.rounded_share.unwrap_or(settings.rounded_share);
         settings.lambda_p = self.lambda_p.unwrap_or(settings.lambda_p);
         settings.lambda_c = self.lambda_c.unwrap_or(settings.lambda_c);
         settings.lambda_d = self.lambda_d.unwrap_or(settings.lambda_d);
@@ -263,7 +265,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         .resume
         .map(|path| Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display()))));
     let start = match (checkpoint.transpose()?, job.base) {
-        (Some(checkpoint), _) => Start::Resumed(checkpoint),
+        (Some(checkpoint), _) => Start::Resumed(Box::new(checkpoint)),
         (None, Some(path)) => Start::Fresh(read_base(path, context)?),
         (None, None) => {
             let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
@@ -277,7 +279,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let band = source.band(&name.to_string(), &start.stored_base(&settings), &progress)?;
     let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
     let mut trainer = match start {
-        Start::Resumed(checkpoint) => Trainer::resumed(surface, checkpoint),
+        Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint),
         Start::Fresh(base) => Trainer::new(surface, &base, &settings),
     }
     .map_err(|e| say(&e))?;
@@ -335,7 +337,7 @@ enum Start {
     /// A base mesh in the units of the input.
     Fresh(ManifoldMesh),
     /// A run that was not finished.
-    Resumed(Checkpoint),
+    Resumed(Box<Checkpoint>),
 }
 
 impl Start {
@@ -356,7 +358,8 @@ fn base_in_world(model: &Model) -> ManifoldMesh {
     in_world(model.field.base(), &model.similarity)
 }
 
-fn in_world(base: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
+/// A mesh in the normalised box, in the units of the input.
+pub fn in_world(base: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
     base.with_positions(base.positions().iter().map(|&p| similarity.to_world(p)).collect())
 }
 
@@ -518,7 +521,8 @@ fn positive(text: &str) -> Result<f32, String> {
     if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
 }
 
-fn bits(text: &str) -> Result<u32, String> {
+/// A number of bits of features.
+pub fn bits(text: &str) -> Result<u32, String> {
     let allowed = Precision::BITS;
     match text.parse() {
         Ok(bits) if allowed.contains(&bits) => Ok(bits),

@@ -139,7 +139,8 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
     let base = ValidationReport::of(field.base().as_triangle_mesh());
     let sizes = model.section_sizes();
     let shape = field.shape();
-    let names: Vec<&str> = model.scalars.iter().flat_map(|s| s.channels()).map(|c| c.name.as_str()).collect();
+    let names: Vec<&str> =
+        model.scalars.iter().flat_map(ndf_core::StoredScalars::channels).map(|c| c.name.as_str()).collect();
     let (center, scale) = (model.similarity.center(), model.similarity.scale());
     let json = json!({
         "kind": "model",

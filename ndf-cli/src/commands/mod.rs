@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod convert;
 pub mod demo;
 pub mod extract;
 pub mod fit;
@@ -25,7 +26,9 @@ use crate::output::{Failure, Outcome};
 pub enum Command {
     /// Show the whole way from an input, or a built-in shape, to a report with pictures
     Demo(demo::Arguments),
-    /// Learn a surface: a model of about a hundred kilobytes
+    /// Write a model in another form: smaller, as plain arrays, or only its base mesh
+    Convert(convert::Arguments),
+    /// Learn a surface: a model of some twenty kilobytes
     Fit(fit::Arguments),
     /// Make a mesh of a model, as fine as is asked for
     Extract(extract::Arguments),
@@ -55,6 +58,7 @@ impl Command {
     /// With one sentence, if the work failed.
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
+            Self::Convert(arguments) => convert::run(arguments, context),
             Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),

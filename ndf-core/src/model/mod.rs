@@ -11,11 +11,13 @@ mod network;
 pub(crate) mod numbers;
 mod precision;
 mod range_coder;
+mod tensors;
 #[cfg(test)]
 mod tests;
 
 pub use format::{ModelError, SectionSizes};
 pub use precision::{Grids, Precision, stored_base};
+pub use tensors::TensorsError;
 
 use crate::{DisplacementField, Similarity, StoredScalars};
 

@@ -4,13 +4,10 @@ use super::bytes::{Reader, Writer};
 use super::format::ModelError;
 use super::numbers::{self, Groups};
 use crate::field::FieldShape;
-use crate::network::encoding::MOST_OCTAVES;
 use crate::network::{Activation, Mlp};
 
 /// In the order of their codes.
 const ACTIVATIONS: [Activation; 5] = Activation::ALL;
-/// Wider or deeper networks are refused: no model has them, and a hostile file must not cost memory.
-const WIDEST_LAYER: usize = 4096;
 
 /// The section.
 pub(super) fn write(shape: &FieldShape, network: &Mlp) -> Vec<u8> {
@@ -37,15 +34,12 @@ pub(super) fn read(
     };
     let residual = r.u8()? != 0;
     let octaves = r.u8()? as usize;
-    if octaves > MOST_OCTAVES {
-        return Err(r.defect(format!("{octaves} octaves are more than {MOST_OCTAVES}")));
-    }
     let depth = r.u8()? as usize;
     let hidden: Vec<usize> = r.u32s(depth)?.into_iter().map(|w| w as usize).collect();
-    if let Some(width) = hidden.iter().find(|&&w| w == 0 || w > WIDEST_LAYER) {
-        return Err(r.defect(format!("a layer of {width} neurons is not possible")));
-    }
     let shape = FieldShape { features, octaves, hidden, activation, residual };
+    if let Some(defect) = shape.defect() {
+        return Err(r.defect(defect));
+    }
     let network = shape.network();
     let count = network.parameter_count();
     let parameters = match version {

@@ -32,7 +32,7 @@ fn model_on(base: TriangleMesh) -> Model {
     Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
 }
 
-fn model() -> Model {
+pub(super) fn model() -> Model {
     model_on(shapes::icosphere(0))
 }
 
@@ -107,8 +107,8 @@ fn rounding_is_as_fine_as_it_says_and_rounds_once() {
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst <= 2.0 / (1_u32 << (bits - 1)) as f32 && worst < last / 4.0, "{bits} bits: {worst}");
         last = worst;
-        let (size, plain) = (rounded.section_sizes().features, model.section_sizes().features);
-        assert!(32 * size < (bits as usize + 4) * plain, "{bits} bits: {size} of {plain}");
+        let (size, count) = (rounded.section_sizes().features, model.field.features().len());
+        assert!(8 * size < (bits as usize + 2) * count, "{bits} bits: {size} bytes for {count}");
         let twice = rounded.rounded(Precision::of_bits(bits)).unwrap();
         assert_eq!(twice.field.features(), rounded.field.features());
         let coded = Model::from_bytes(&rounded.to_bytes()).unwrap();

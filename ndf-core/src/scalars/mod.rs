@@ -135,7 +135,7 @@ impl Passes {
 }
 
 /// One of the fields.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// Its name, which can name a [PLY property](is_property_name).
     pub name: String,

@@ -106,19 +106,19 @@ fn what_cannot_be_learned_is_named() {
     assert!(matches!(found, ScalarError::NotFinite { count: 2, .. }), "{found}");
     assert!(matches!(error(&mesh, &[], &quick()), ScalarError::Stored(StoredScalarsError::Empty)));
     let away = mesh.map_positions(|p| p + DVec3::X);
-    assert!(fit(&model, &away, &[height.clone()], &quick(), &NoProgress).is_ok());
+    assert!(fit(&model, &away, std::slice::from_ref(&height), &quick(), &NoProgress).is_ok());
     let far = mesh.map_positions(|p| p + 10.0 * DVec3::X);
-    let found = error(&far, &[height.clone()], &quick());
+    let found = error(&far, std::slice::from_ref(&height), &quick());
     assert!(matches!(found, ScalarError::Far { distance } if distance > 1.5 && distance < 10.0), "{found}");
     let flat = mesh.map_positions(|_| DVec3::ZERO);
-    assert_eq!(error(&flat, &[height.clone()], &quick()), ScalarError::NoArea);
+    assert_eq!(error(&flat, std::slice::from_ref(&height), &quick()), ScalarError::NoArea);
     for settings in [
         ScalarSettings { epochs: 0, ..quick() },
         ScalarSettings { samples: 0, ..quick() },
         ScalarSettings { rate: Schedule::constant(f32::NAN), ..quick() },
         ScalarSettings { shape: ScalarShape { hidden: vec![0], ..ScalarShape::default() }, ..quick() },
     ] {
-        assert!(matches!(error(&mesh, &[height.clone()], &settings), ScalarError::Settings(_)));
+        assert!(matches!(error(&mesh, std::slice::from_ref(&height), &settings), ScalarError::Settings(_)));
     }
     let wild = ScalarSettings { rate: Schedule::constant(1e30), ..quick() };
     assert!(matches!(error(&mesh, &[height], &wild), ScalarError::Diverged { .. }));

@@ -4,7 +4,7 @@
 
 mod geodesics;
 mod meshes;
-mod process;
+pub(crate) mod process;
 mod spectra;
 
 use std::path::{Path, PathBuf};

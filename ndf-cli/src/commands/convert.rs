@@ -1,0 +1,86 @@
+//! `ndf convert`: models in other forms.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use ndf_core::Model;
+use ndf_core::io::{atomic_write, format_to_write, write_mesh};
+use ndf_core::model::Precision;
+use serde_json::json;
+
+use super::fit::{bits, in_world};
+use crate::context::Context;
+use crate::input::Content;
+use crate::output::{Failure, Outcome, check_place, grouped};
+
+/// Arguments of `ndf convert`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// A model: `.ndf`, of this or an earlier version, or `.safetensors` exported from one.
+    model: PathBuf,
+    /// The file to write: a model (`.ndf`), its arrays in single precision (`.safetensors`), or its base mesh in the
+    /// units of the input (`.ply`, `.obj`, `.stl`).
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Round features and weights, without learning; `ndf fit --bits` learns with them rounded, which is better.
+    #[arg(long, value_name = "N", value_parser = bits)]
+    bits: Option<u32>,
+}
+
+/// What is to be written.
+enum Form {
+    Model,
+    Tensors,
+    Base,
+}
+
+impl Form {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_lowercase).as_deref() {
+            Some("ndf") => Ok(Self::Model),
+            Some("safetensors") => Ok(Self::Tensors),
+            _ => format_to_write(path).map(|_| Self::Base).map_err(|_| {
+                Failure::new(format!("{}: which form is meant is not clear", path.display()))
+                    .try_instead("a name that ends in .ndf, .safetensors, .ply, .obj or .stl")
+            }),
+        }
+    }
+}
+
+/// Reads a model and writes it in another form.
+///
+/// # Errors
+/// If the input is no model, or the output cannot be written.
+pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
+    check_place(&arguments.output)?;
+    let form = Form::of(&arguments.output)?;
+    let content = Content::read(&arguments.model)?;
+    let (input, output) = (content.name(), arguments.output.display().to_string());
+    let cannot_read = |e: &dyn std::fmt::Display| Failure::new(format!("cannot read {input}: {e}"));
+    let mut model = if Model::is_model(&content.bytes) {
+        Model::from_bytes(&content.bytes).map_err(|e| cannot_read(&e))?
+    } else {
+        Model::from_safetensors(&content.bytes).map_err(|e| cannot_read(&e))?
+    };
+    if let Some(bits) = arguments.bits {
+        model = model.rounded(Precision::of_bits(bits)).map_err(|e| cannot_read(&e))?;
+    }
+    let cannot_write = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {output}: {e}"));
+    let bytes = match form {
+        Form::Model => model.to_bytes(),
+        Form::Tensors => model.to_safetensors().map_err(|e| cannot_write(&e))?,
+        Form::Base => {
+            let base = in_world(model.field.base(), &model.similarity);
+            write_mesh(&arguments.output, base.as_triangle_mesh(), &[]).map_err(|e| cannot_write(&e))?;
+            let (vertices, faces) = (base.vertex_count(), base.face_count());
+            let json = json!({"output": output, "vertices": vertices, "faces": faces});
+            let text =
+                format!("{output}: base mesh, {} vertices, {} faces", grouped(vertices), grouped(faces));
+            return Ok(Outcome::new(json, text));
+        }
+    };
+    atomic_write(&arguments.output, |out| out.write_all(&bytes)).map_err(|e| cannot_write(&e))?;
+    let json = json!({"output": output, "bytes": bytes.len(), "bytes_before": content.bytes.len()});
+    let text = format!("{output}: {} bytes, from {}", grouped(bytes.len()), grouped(content.bytes.len()));
+    Ok(Outcome::new(json, text))
+}
