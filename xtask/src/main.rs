@@ -7,6 +7,7 @@ mod compression;
 mod document;
 mod performance;
 mod representations;
+mod scalars;
 mod shell;
 mod table;
 
@@ -41,6 +42,8 @@ enum Task {
         #[arg(long)]
         truth: Option<PathBuf>,
     },
+    /// Learn eigenfunctions with encodings of several sizes and write the table and plots of docs/scalars.md
+    Scalars(scalars::Options),
     /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
     Geodesics {
         #[command(flatten)]
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
         Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),
+        Task::Scalars(options) => scalars::run(&options),
         Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
         Task::Spectra { options } => performance::spectra(&options),
         Task::Measure(mesh) => performance::measure(mesh),

@@ -45,7 +45,7 @@ pub struct FitArguments {
     /// Features of every base vertex [default: 4].
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
     features: Option<u32>,
-    /// Epochs [default: 3000; paper: 40000].
+    /// Epochs [default: 12000; paper: 40000].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     epochs: Option<u32>,
 }

@@ -54,11 +54,11 @@ pub struct ScalarShape {
 }
 
 impl Default for ScalarShape {
-    /// d = 4 and two hidden layers of 32 with SiLU, without positional encoding, an output for every channel.
+    /// d = 4, two octaves and two hidden layers of 32 with SiLU, an output for every channel.
     fn default() -> Self {
         Self {
             features: 4,
-            octaves: 0,
+            octaves: 2,
             hidden: vec![32, 32],
             activation: Activation::Silu,
             index: ChannelIndex::Output,

@@ -24,12 +24,14 @@ pub struct ScalarSettings {
 }
 
 impl Default for ScalarSettings {
+    /// Many steps of few samples at a high rate: the values have no noise, and a batch of 512 tells a step's direction as
+    /// well as one of 8,192.
     fn default() -> Self {
         Self {
             shape: ScalarShape::default(),
-            epochs: 3_000,
-            samples: 8_192,
-            rate: Schedule { first: 5e-3, last: 5e-5 },
+            epochs: 12_000,
+            samples: 512,
+            rate: Schedule { first: 4e-2, last: 4e-4 },
             feature_rate: 10.0,
             seed: 0,
         }
@@ -42,6 +44,7 @@ impl ScalarSettings {
     pub fn paper() -> Self {
         Self {
             shape: ScalarShape {
+                octaves: 0,
                 activation: Activation::Relu,
                 index: ChannelIndex::Input,
                 ..ScalarShape::default()

@@ -1,7 +1,9 @@
 //! Epoch after epoch.
 
+use std::ops::Range;
+
 use ndf_core::field::{SampleEncoding, sample_encoding};
-use ndf_core::network::{Mlp, Packed};
+use ndf_core::network::{BLOCK, Mlp, Packed};
 use ndf_core::scalars::{Channel, StoredScalarsError};
 use ndf_core::{ManifoldMesh, StoredScalars};
 use rand_chacha::ChaCha8Rng;
@@ -14,27 +16,46 @@ use super::values::{Drawn, Foot, Values};
 use crate::batch::{CHUNKS, Sample};
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
 
+/// Samples of a chunk: four blocks, of which the last is rarely full, since chunks hold whole faces.
+const CHUNK_SAMPLES: usize = 4 * BLOCK;
+
+/// Chunks of a batch of so many samples, whatever the number of threads, so that sums come out the same.
+fn chunk_count(samples: usize) -> usize {
+    samples.div_ceil(CHUNK_SAMPLES).min(CHUNKS)
+}
+
 /// Samples ordered by face, in chunks of whole faces.
 pub(super) struct Batch {
     samples: Vec<Sample>,
     feet: Vec<Foot>,
-    /// Chunk k has the faces `faces[k] .. faces[k + 1]` and the samples `starts[k] .. starts[k + 1]`.
-    faces: [u32; CHUNKS + 1],
-    starts: [usize; CHUNKS + 1],
+    chunks: Vec<ChunkRange>,
+}
+
+/// A part of a batch.
+#[derive(Clone, Debug)]
+struct ChunkRange {
+    faces: Range<u32>,
+    samples: Range<usize>,
 }
 
 impl Batch {
     pub(super) fn new(drawn: Drawn, face_count: usize) -> Self {
         let samples: Vec<Sample> = drawn.points.iter().map(Sample::new).collect();
-        let (mut faces, mut starts) = ([0; CHUNKS + 1], [0; CHUNKS + 1]);
-        for k in 1..CHUNKS {
-            // The first face of which no sample is before this share.
-            let share = k * samples.len() / CHUNKS;
-            faces[k] = share.checked_sub(1).map_or(0, |last| samples[last].face + 1);
-            starts[k] = samples.partition_point(|s| s.face < faces[k]);
-        }
-        (faces[CHUNKS], starts[CHUNKS]) = (face_count as u32, samples.len());
-        Self { samples, feet: drawn.feet, faces, starts }
+        let count = chunk_count(samples.len());
+        let (mut face, mut start) = (0, 0);
+        let chunks = (1..=count)
+            .map(|k| {
+                // Up to the first face of which no sample is in this share.
+                let share = k * samples.len() / count;
+                let end_face = if k == count { face_count as u32 } else { samples[share - 1].face + 1 };
+                let end = samples.partition_point(|s| s.face < end_face);
+                ChunkRange {
+                    faces: std::mem::replace(&mut face, end_face)..end_face,
+                    samples: std::mem::replace(&mut start, end)..end,
+                }
+            })
+            .collect();
+        Self { samples, feet: drawn.feet, chunks }
     }
 }
 
@@ -70,7 +91,7 @@ impl<'a> Trainer<'a> {
             epoch: 0,
             positions: sample_encoding::single(base.positions()),
             incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
-            chunks: (0..CHUNKS).map(|_| Chunk::new(&packed, channels)).collect(),
+            chunks: (0..chunk_count(settings.samples)).map(|_| Chunk::new(&packed, channels)).collect(),
             by_parameters: vec![0.0; mlp.parameters().len()],
             by_corners: vec![0.0; base.face_count() * 3 * d],
             base,
@@ -134,20 +155,20 @@ impl<'a> Trainer<'a> {
         let terms = batch.samples.len() * self.channels;
         let mut rest = self.by_corners.as_mut_slice();
         let corners: Vec<&mut [f32]> = batch
-            .faces
-            .windows(2)
-            .map(|faces| rest.split_off_mut(..(faces[1] - faces[0]) as usize * 3 * d).unwrap_or_default())
+            .chunks
+            .iter()
+            .map(|ranges| rest.split_off_mut(..ranges.faces.len() * 3 * d).unwrap_or_default())
             .collect();
         let arch = pulp::Arch::new();
-        self.chunks.par_iter_mut().zip(corners).enumerate().for_each(|(k, (chunk, corner_gradients))| {
-            let samples = batch.starts[k]..batch.starts[k + 1];
+        let chunks = self.chunks.par_iter_mut().zip(&batch.chunks).zip(corners);
+        chunks.for_each(|((chunk, ranges), corner_gradients)| {
             arch.dispatch(Step {
                 network,
                 share: 1.0 / terms as f32,
                 chunk,
-                samples: &batch.samples[samples.clone()],
-                feet: &batch.feet[samples],
-                first_face: batch.faces[k],
+                samples: &batch.samples[ranges.samples.clone()],
+                feet: &batch.feet[ranges.samples.clone()],
+                first_face: ranges.faces.start,
                 corner_gradients,
             });
         });

@@ -1,0 +1,212 @@
+//! Scalar fields stored by different encodings: error against bytes (supplement, §2.6 and Fig. 21).
+//!
+//! Every run leaves a line in a CSV file, in the place of an earlier run of the same name; the page's table and the plots
+//! are made from that file, so that runs can be made a few at a time.
+
+mod page;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use ndf_cli::commands::extract::{EdgeLength, extracted};
+use ndf_cli::commands::fit::{Job, Training, fit_file};
+use ndf_cli::commands::spectrum;
+use ndf_cli::context::{Context, Options as Common};
+use ndf_cli::input::Reading;
+use ndf_core::io::VertexScalars;
+use ndf_core::progress::NoProgress;
+use ndf_core::scalars::{ChannelIndex, ScalarShape};
+use ndf_core::{Model, TriangleMesh};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions};
+use ndf_train::scalars::{ScalarFit, ScalarSettings, fit};
+
+use crate::shell::root;
+
+/// Edge length of the mesh whose eigenfunctions are learned, in the box of side 3.
+const EDGE_LENGTH: f64 = 0.02;
+/// Eigenfunctions learned: those after the constant one.
+const FUNCTIONS: usize = 10;
+/// Octaves of the baseline.
+const OCTAVES: usize = 8;
+
+/// How to train.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    /// The default settings
+    Default,
+    /// The supplement's training
+    Paper,
+}
+
+/// What to run.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Meshes whose eigenfunctions are learned; none to make the page again from earlier runs
+    #[arg(long, num_args = 0..)]
+    mesh: Vec<PathBuf>,
+    /// How to train
+    #[arg(long, value_enum, default_value = "default")]
+    preset: Preset,
+    /// Only the encodings whose names contain this
+    #[arg(long)]
+    only: Option<String>,
+}
+
+/// An encoding to be tried.
+struct Case {
+    label: String,
+    settings: ScalarSettings,
+}
+
+fn cases(preset: Preset) -> Vec<Case> {
+    let start = match preset {
+        Preset::Default => ScalarSettings::default(),
+        Preset::Paper => ScalarSettings::paper(),
+    };
+    let case = |label: String, change: &dyn Fn(&mut ScalarShape)| {
+        let mut settings = start.clone();
+        change(&mut settings.shape);
+        Case { label, settings }
+    };
+    let intrinsic = |d: usize| case(format!("intrinsic, d = {d}"), &|s| (s.features, s.octaves) = (d, 0));
+    let both = |d: usize| case(format!("intrinsic with octaves, d = {d}"), &|s| s.features = d);
+    let coordinates = |width: usize| {
+        case(format!("coordinates, {width} neurons"), &|s| {
+            *s = ScalarShape { features: 0, octaves: OCTAVES, hidden: vec![width; 2], ..s.clone() };
+        })
+    };
+    let mut all: Vec<Case> = [2, 4, 8].map(intrinsic).into();
+    match preset {
+        Preset::Paper => all.push(coordinates(32)),
+        Preset::Default => {
+            all.extend([1, 2, 4, 8].map(both));
+            all.extend([16, 32, 64, 96, 128].map(coordinates));
+            for mut case in [intrinsic(4), coordinates(32)] {
+                case.settings.shape.index = ChannelIndex::Input;
+                case.label += ", index as input";
+                all.push(case);
+            }
+        }
+    }
+    all
+}
+
+/// A line of the file.
+#[derive(Clone, Debug)]
+struct Run {
+    mesh: String,
+    preset: String,
+    label: String,
+    /// Bytes in single precision.
+    bytes: usize,
+    /// Root of the mean squared error, and largest error, as shares of the functions' ranges.
+    rms: f64,
+    max: f64,
+    epochs: usize,
+    seconds: f64,
+}
+
+const HEADER: &str = "mesh,training,encoding,bytes (f32),rms error,largest error,epochs,seconds";
+
+impl Run {
+    /// The line; the encoding is quoted, for its commas.
+    fn line(&self) -> String {
+        let Self { mesh, preset, label, bytes, rms, max, epochs, seconds } = self;
+        format!("{mesh},{preset},\"{label}\",{bytes},{rms:.4e},{max:.4e},{epochs},{seconds:.1}")
+    }
+
+    fn parse(line: &str) -> Option<Self> {
+        let (before, rest) = line.split_once(",\"")?;
+        let (label, after) = rest.split_once("\",")?;
+        let (mesh, preset) = before.split_once(',')?;
+        let mut numbers = after.split(',');
+        let mut next = || numbers.next();
+        Some(Self {
+            mesh: mesh.to_owned(),
+            preset: preset.to_owned(),
+            label: label.to_owned(),
+            bytes: next()?.parse().ok()?,
+            rms: next()?.parse().ok()?,
+            max: next()?.parse().ok()?,
+            epochs: next()?.parse().ok()?,
+            seconds: next()?.parse().ok()?,
+        })
+    }
+
+    fn is_of(&self, other: &Self) -> bool {
+        (&self.mesh, &self.preset, &self.label) == (&other.mesh, &other.preset, &other.label)
+    }
+}
+
+/// Makes the runs that are asked for, and the page.
+pub(crate) fn run(options: &Options) -> Result<(), String> {
+    let folder = root().join("docs/scalars");
+    let say = |e: std::io::Error| format!("{}: {e}", folder.display());
+    fs::create_dir_all(&folder).map_err(say)?;
+    let file = folder.join("runs.csv");
+    let mut runs: Vec<Run> =
+        fs::read_to_string(&file).unwrap_or_default().lines().filter_map(Run::parse).collect();
+    for path in &options.mesh {
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let (model, mesh, functions) = eigenfunctions(path, &name)?;
+        for Case { label, settings } in cases(options.preset) {
+            if options.only.as_ref().is_some_and(|only| !label.contains(only)) {
+                continue;
+            }
+            let found = fit(&model, &mesh, &functions, &settings, &NoProgress);
+            let ScalarFit { fields, report } = found.map_err(|e| format!("{name}: {e}"))?;
+            let overall = report.overall();
+            let run = Run {
+                mesh: name.clone(),
+                preset: options.preset.to_possible_value().map_or_else(String::new, |v| v.get_name().into()),
+                label,
+                bytes: fields.to_payload().len(),
+                rms: overall.rms,
+                max: overall.max,
+                epochs: report.epochs,
+                seconds: report.seconds,
+            };
+            eprintln!("{}", run.line());
+            match runs.iter_mut().find(|earlier| earlier.is_of(&run)) {
+                Some(earlier) => *earlier = run,
+                None => runs.push(run),
+            }
+            let lines: Vec<String> =
+                std::iter::once(HEADER.to_owned()).chain(runs.iter().map(Run::line)).collect();
+            write(&file, &(lines.join("\n") + "\n"))?;
+        }
+    }
+    page::write(&folder, &runs)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// A model of a mesh, with default settings, and the first eigenfunctions on a mesh extracted from it. The model is kept
+/// beside the build for later runs.
+fn eigenfunctions(path: &Path, name: &str) -> Result<(Model, TriangleMesh, Vec<VertexScalars>), String> {
+    let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let folder = root().join("target/xtask-scalars");
+    let kept = folder.join(name).with_extension("ndf");
+    let model = match Model::read(&kept) {
+        Ok(model) => model,
+        Err(_) => {
+            let context = Context::new(Common { quiet: true, ..Common::default() });
+            let reading = Reading::default();
+            let job = Job::new(path, &reading, 4000, Training::default());
+            let model = fit_file(&job, &context).map_err(|e| say(&e))?.0.model;
+            fs::create_dir_all(&folder).map_err(|e| say(&e))?;
+            fs::write(&kept, model.to_bytes()).map_err(|e| say(&e))?;
+            model
+        }
+    };
+    let (mesh, _) = extracted(&model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    let laplacian = LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(&mesh), OperatorOptions::default());
+    let options = ModeOptions { count: FUNCTIONS + 1, ..ModeOptions::default() };
+    let modes = laplacian.and_then(|l| l.modes(&options, &NoProgress)).map_err(|e| say(&e))?;
+    let functions = spectrum::scalars(&modes).split_off(1);
+    Ok((model, mesh.into_triangle_mesh(), functions))
+}
