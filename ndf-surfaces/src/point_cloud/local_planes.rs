@@ -9,6 +9,9 @@ use super::neighbours::Neighbours;
 /// Neighbours a plane is fitted to.
 const NEIGHBOURS: usize = 16;
 
+/// The nearest of them, to which a second plane is fitted to tell noise from curvature.
+const NEAREST: usize = 8;
+
 /// A point counts as an outlier if its neighbours are this many times farther away than theirs are.
 const LONELY: f64 = 3.0;
 
@@ -22,8 +25,8 @@ pub struct LocalPlanes {
     pub normals: Vec<DVec3>,
     /// Distance to the next point, in the mean around each point: the square root of the area a neighbour takes.
     pub spacings: Vec<f64>,
-    /// Standard deviation of the neighbours from each plane.
-    pub deviations: Vec<f64>,
+    /// Estimates of the variance of the noise around each point; below zero by chance where there is none.
+    pub variances: Vec<f64>,
     /// Whether each point is much farther from its neighbours than they are from each other.
     pub outliers: Vec<bool>,
 }
@@ -37,7 +40,7 @@ impl LocalPlanes {
             .map(|&p| neighbours.nearest(p, NEIGHBOURS + 1).iter().map(|n| n.index).collect())
             .collect();
         let fits: Vec<(DVec3, f64, f64)> =
-            (positions, &near).into_par_iter().map(|(&p, near)| plane(p, positions, near)).collect();
+            (positions, &near).into_par_iter().map(|(&p, near)| fit(p, positions, near)).collect();
         let spacings: Vec<f64> = fits.iter().map(|fit| fit.1).collect();
         let outliers = near
             .par_iter()
@@ -49,7 +52,7 @@ impl LocalPlanes {
             .collect();
         Self {
             normals: fits.iter().map(|fit| fit.0).collect(),
-            deviations: fits.iter().map(|fit| fit.2).collect(),
+            variances: fits.iter().map(|fit| fit.2).collect(),
             spacings,
             outliers,
         }
@@ -60,31 +63,40 @@ impl LocalPlanes {
         median(&mut self.spacings.clone())
     }
 
-    /// An estimate of the standard deviation of noise: the median deviation from the planes, less what a surface that
-    /// is smooth but curved has anyway.
+    /// An estimate of the standard deviation of the noise, from the median of the variances.
     pub fn noise(&self) -> f64 {
-        // A sphere of four spacings' radius, sampled without noise, deviates by 0.13 spacings.
-        let curved = 0.13 * self.spacing();
-        let deviation = median(&mut self.deviations.clone());
-        (deviation * deviation - curved * curved).max(0.0).sqrt()
+        median(&mut self.variances.clone()).max(0.0).sqrt()
     }
 }
 
-/// Normal of the plane, spacing, and deviation from the plane.
-fn plane(p: DVec3, positions: &[DVec3], near: &[u32]) -> (DVec3, f64, f64) {
+/// Normal of the plane, spacing, and variance of the noise.
+///
+/// Noise leaves all planes the same variance, curvature one that grows with the fourth power of the radius, which is the
+/// square of the number of neighbours: two planes tell the two apart.
+fn fit(p: DVec3, positions: &[DVec3], near: &[u32]) -> (DVec3, f64, f64) {
+    let radius = near.iter().map(|&j| positions[j as usize].distance(p)).fold(0.0, f64::max);
+    let spacing = radius * (std::f64::consts::PI / near.len().max(1) as f64).sqrt();
+    let (normal, far) = plane(p, positions, near);
+    let nearest = &near[..near.len().min(NEAREST + 1)];
+    let (_, close) = plane(p, positions, nearest);
+    let growth = (near.len() as f64 / nearest.len().max(1) as f64).powi(2);
+    let variance = if growth > 1.0 { (growth * close - far) / (growth - 1.0) } else { close };
+    (normal, spacing, variance)
+}
+
+/// Normal of a plane and variance of the points from it, by the degrees of freedom that it leaves them.
+fn plane(p: DVec3, positions: &[DVec3], near: &[u32]) -> (DVec3, f64) {
     let offsets = || near.iter().map(|&j| positions[j as usize] - p);
     let count = near.len().max(1) as f64;
     let mean = offsets().sum::<DVec3>() / count;
     let mut columns = [DVec3::ZERO; 3];
     for d in offsets().map(|d| d - mean) {
         for (column, x) in columns.iter_mut().zip(d.to_array()) {
-            *column += x * d / count;
+            *column += x * d / (count - 3.0).max(1.0);
         }
     }
     let (values, vectors) = symmetric_eigen(columns);
-    let radius = offsets().map(DVec3::length).fold(0.0, f64::max);
-    let spacing = radius * (std::f64::consts::PI / count).sqrt();
-    (vectors[0].normalize(), spacing, values[0].max(0.0).sqrt())
+    (vectors[0].normalize(), values[0].max(0.0))
 }
 
 /// The share of neighbouring points whose normals point to the same side: near 1 for normals that are oriented, about
