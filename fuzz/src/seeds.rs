@@ -9,5 +9,8 @@ fn main() -> std::io::Result<()> {
         fs::create_dir_all(&folder)?;
         files.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
     };
-    write("clouds", ndf_surfaces::point_cloud::samples::all())
+    write("clouds", ndf_surfaces::point_cloud::samples::all())?;
+    write("tensors", ndf_surfaces::tensors::samples::all())?;
+    write("networks", ndf_surfaces::networks::samples::all())?;
+    write("splats", ndf_surfaces::splats::samples::all())
 }

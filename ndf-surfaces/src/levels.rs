@@ -8,8 +8,13 @@ const GRID: usize = 64;
 /// Bins of the histogram.
 const BINS: usize = 128;
 
-/// The level that parts the positive values of a density in its box best into two classes: Otsu's threshold (1979) of
-/// their logarithms, at 64³ points. 0 where no value is positive.
+/// Shares of the box's diagonal within which light that falls on the surface shall be halved.
+const HALVINGS: f64 = 100.0;
+
+/// The level of a density per unit of length in its box: that at which light is halved within a hundredth of the
+/// diagonal, or, where that is less, the one that parts the positive values best into two classes (Otsu's threshold of
+/// 1979 for their logarithms, at 64³ points). The former keeps to the outside of dense matter, the latter to what is
+/// dense in a field without any. 0 where no value is positive.
 pub fn density_level(field: &dyn ScalarField) -> f64 {
     let bounds = field.bounds();
     let points: Vec<DVec3> = (0..GRID * GRID * GRID)
@@ -26,7 +31,8 @@ pub fn density_level(field: &dyn ScalarField) -> f64 {
             values.into_iter().filter(|v| *v > 0.0 && v.is_finite()).map(f64::ln)
         })
         .collect();
-    otsu(&logarithms).map_or(0.0, f64::exp)
+    let halving = HALVINGS * std::f64::consts::LN_2 / bounds.diagonal();
+    otsu(&logarithms).map_or(0.0, |threshold| threshold.exp().min(halving))
 }
 
 /// The threshold with the largest variance between the classes below and above.

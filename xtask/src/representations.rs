@@ -26,8 +26,12 @@ const GRID: u32 = 256;
 /// Size of the pictures.
 const PICTURE: (usize, usize) = (240, 180);
 
-const BEGIN: &str = "<!-- table: cargo xtask representations FILE [--truth MESH] -->\n";
-const END: &str = "<!-- end of table -->";
+/// Where the rows go.
+const TABLE: [&str; 2] =
+    ["<!-- table: cargo xtask representations FILE [--truth MESH] -->\n", "<!-- end of table -->"];
+
+/// Where the rows of cached fields go.
+const CACHES: [&str; 2] = ["<!-- caches: cargo xtask representations FILE -->\n", "<!-- end of caches -->"];
 
 /// Fits a file and puts its row into the table, in the place of an earlier one of the same file.
 pub(crate) fn run(file: &Path, truth: Option<&Path>) -> Result<(), String> {
@@ -61,7 +65,21 @@ pub(crate) fn run(file: &Path, truth: Option<&Path>) -> Result<(), String> {
         share(report.projection_max),
     );
     eprint!("{row}");
-    put(&name, &row)
+    put(&name, &row, TABLE)?;
+    let Some(band) = &fitted.band else { return Ok(()) };
+    let figures = band.json(&fitted.model.similarity);
+    let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
+    let row = format!(
+        "| {name} | {:.0} | {:.3} | {:.0} | {:.1} | {:.4} / {:.4} |\n",
+        number("cubes"),
+        share(number("finest")),
+        100.0 * number("unresolved"),
+        number("seconds"),
+        share(number("projection_error_median")),
+        share(number("projection_error_rms")),
+    );
+    eprint!("{row}");
+    put(&name, &row, CACHES)
 }
 
 /// Mean distances to the true mesh, there and back, of the learned surface and of marching cubes of the input, in
@@ -85,18 +103,18 @@ fn write_picture(mesh: &TriangleMesh, path: &Path) -> Result<(), String> {
     fs::create_dir_all(folder).and_then(|()| fs::write(path, figure.png)).map_err(|e| e.to_string())
 }
 
-/// Puts a row into the table.
-fn put(name: &str, row: &str) -> Result<(), String> {
+/// Puts a row between two marks.
+fn put(name: &str, row: &str, [begin, end]: [&str; 2]) -> Result<(), String> {
     let page = root().join("docs/representations.md");
     let text = fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
     let missing = "docs/representations.md has no place for the table";
-    let (before, rest) = text.split_once(BEGIN).ok_or(missing)?;
-    let (table, after) = rest.split_once(END).ok_or(missing)?;
+    let (before, rest) = text.split_once(begin).ok_or(missing)?;
+    let (table, after) = rest.split_once(end).ok_or(missing)?;
     let key = format!("| {name} |");
     let mut rows: Vec<String> = table.lines().map(|line| format!("{line}\n")).collect();
     match rows.iter().position(|line| line.starts_with(&key)) {
         Some(place) => rows[place] = row.to_owned(),
         None => rows.push(row.to_owned()),
     }
-    fs::write(&page, format!("{before}{BEGIN}{}{END}{after}", rows.concat())).map_err(|e| e.to_string())
+    fs::write(&page, format!("{before}{begin}{}{end}{after}", rows.concat())).map_err(|e| e.to_string())
 }

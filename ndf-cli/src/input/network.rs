@@ -74,7 +74,13 @@ fn read(content: &Content, reading: &Reading, context: &Context) -> Result<Netwo
         }
         (None, Quantity::Density, _) => {
             let value = field.level();
-            (field, Level { value, rule: "parts the logarithms of positive densities best (Otsu)" })
+            (
+                field,
+                Level {
+                    value,
+                    rule: "halves light within 1/100 of the box, or parts the densities best (Otsu) if less",
+                },
+            )
         }
     };
     Ok(Network { field, kind, level, container })

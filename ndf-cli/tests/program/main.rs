@@ -4,6 +4,7 @@
 
 mod bad_meshes;
 mod commands;
+mod fields;
 mod learning;
 
 use std::path::{Path, PathBuf};

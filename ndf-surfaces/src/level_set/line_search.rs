@@ -93,6 +93,11 @@ impl Line {
         }
     }
 
+    /// Distance from the origin to the crossing.
+    pub(super) fn length(&self) -> f64 {
+        self.crossing().distance(self.origin)
+    }
+
     /// The parameter of the next look while searching.
     fn next(&self, lipschitz: Option<f64>, options: &LevelSearch) -> f64 {
         let (t, height) = self.at;

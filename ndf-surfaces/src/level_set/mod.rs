@@ -33,6 +33,9 @@ pub struct LevelSearch {
     pub polish: u32,
 }
 
+/// Where the gradient is trusted to lead to the closest point: within this many longest steps.
+const NEAR: f64 = 2.0;
+
 impl LevelSearch {
     /// The search for a surface in a box: a reach of a tenth of its diagonal (1/50 along guides), steps of
     /// 1/200, a tolerance of 10⁻⁷, and up to 8 steps of polish.
@@ -56,8 +59,9 @@ impl LevelSearch {
 /// (the limit p − x ∥ ∇f is a local minimum of the distance), unless that leads to where the surface is turned
 /// against n. Without a guide, or where its line does not meet the level within [`LevelSearch::guide_reach`], the
 /// gradient at p shows the way. If that leads to where the surface is turned against n, p has strayed through a thin
-/// wall: the search goes on from there through the wall, along n, to the other side. Points whose lines do not meet the
-/// level within [`LevelSearch::reach`] miss.
+/// wall: the search goes on from there through the wall, along n, to the other side. Points without a guide also
+/// look along the axes if the gradient does not lead to the level at once. Points whose lines do not meet the level within
+/// [`LevelSearch::reach`] miss.
 ///
 /// **Cost** of a projection: 5 to 10 values and 3 to 6 gradients, mostly.
 #[derive(Clone, Debug)]
@@ -87,6 +91,29 @@ impl<F: ScalarField> LevelSetSurface<F> {
     /// The field.
     pub fn field(&self) -> &F {
         &self.field
+    }
+
+    /// Replaces the lines of some points by lines along the axes, where one of these meets the level sooner: the
+    /// gradient of a rough field may lead anywhere.
+    fn search_along_axes(
+        &self,
+        side: &Side<'_, F>,
+        points: &[DVec3],
+        starts: &[(f64, DVec3)],
+        which: &[usize],
+        crossed: &mut [Option<Line>],
+    ) {
+        let axes = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+        let lines = which.iter().flat_map(|&k| {
+            let (height, gradient) = starts[k];
+            axes.clone().map(move |axis| Some(Line::new(points[k], axis, height, gradient, &self.search)))
+        });
+        let mut lines: Vec<Option<Line>> = lines.collect();
+        search(side, &mut lines, &self.search);
+        for (&k, lines) in which.iter().zip(lines.chunks_exact(6)) {
+            let all = lines.iter().flatten().filter(|line| line.is_bracketed()).chain(&crossed[k]);
+            crossed[k] = all.min_by(|a, b| a.length().total_cmp(&b.length())).cloned();
+        }
     }
 
     /// Leads feet whose normals oppose their guides through the wall they lie on, to its other side, where that is
@@ -154,10 +181,19 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         let mut lines_of_gradients = lines(&along_gradients);
         search(&side, &mut lines_of_gradients, &self.search);
 
+        let either = |(first, second): (Option<Line>, Option<Line>)| {
+            first.into_iter().chain(second).find(Line::is_bracketed)
+        };
+        let mut crossed: Vec<Option<Line>> =
+            lines_of_guides.into_iter().zip(lines_of_gradients).map(either).collect();
+        let is_near = |line: &Line| line.length() <= NEAR * self.search.step;
+        let astray: Vec<usize> = (0..crossed.len())
+            .filter(|&k| along_guides[k].is_none() && !crossed[k].as_ref().is_some_and(is_near))
+            .collect();
+        self.search_along_axes(&side, &points, &starts, &astray, &mut crossed);
         let mut found = Vec::new();
-        for (k, (first, second)) in lines_of_guides.into_iter().zip(lines_of_gradients).enumerate() {
+        for (k, line) in crossed.into_iter().enumerate() {
             feet[finite[k]] = Err(Miss::NoCrossing);
-            let line = first.into_iter().chain(second).find(Line::is_bracketed);
             found.extend(line.map(|line| Polish::new(finite[k], line, along_guides[k])));
         }
         closest_point::polish(&side, &mut found, &self.search);

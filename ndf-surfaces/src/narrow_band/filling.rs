@@ -246,13 +246,13 @@ impl<'a, F: ScalarField> Filling<'a, F> {
 }
 
 /// Whether the level may cross a cube with these corners: there are values on both sides, or one is so close to the
-/// level that its gradient leads there within a diagonal. Where a corner is not finite the field is asked anyway.
+/// level that its gradient leads there within half a diagonal, as far as any point of the cube is from a corner. Where a corner is not finite the field is asked anyway.
 fn is_near(corners: &[(f64, DVec3); 8], side: f64, level: f64) -> bool {
     if !corners.iter().all(|(v, g)| v.is_finite() && g.is_finite()) {
         return false;
     }
     let below = corners.iter().filter(|(v, _)| *v < level).count();
-    let diagonal = 3.0_f64.sqrt() * side;
-    let close = |&(v, g): &(f64, DVec3)| (v - level).abs() <= diagonal * g.length();
+    let half_diagonal = 0.75_f64.sqrt() * side;
+    let close = |&(v, g): &(f64, DVec3)| (v - level).abs() <= half_diagonal * g.length();
     (below != 0 && below != 8) || corners.iter().any(close)
 }

@@ -34,11 +34,11 @@ pub struct BandOptions {
 
 impl BandOptions {
     /// For a mesh of this size: a tolerance of 2·10⁻⁵ of the diagonal, cubes of 1/100 of it halved up to four times, a
-    /// band of one of them on both sides, two million cubes (300 MB).
+    /// band of one of them on both sides, four million cubes (500 MB).
     pub fn for_mesh(mesh: &TriangleMesh) -> Self {
         let diagonal = mesh.bounds().diagonal();
         let coarsest = 0.01 * diagonal;
-        Self { tolerance: 2e-5 * diagonal, width: coarsest, coarsest, halvings: 4, most_cubes: 2_000_000 }
+        Self { tolerance: 2e-5 * diagonal, width: coarsest, coarsest, halvings: 4, most_cubes: 4_000_000 }
     }
 }
 

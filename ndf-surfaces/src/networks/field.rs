@@ -134,6 +134,6 @@ impl ScalarField for NeuralField {
 
     /// Wide enough that single precision does not drown the difference.
     fn difference_step(&self) -> f64 {
-        1e-3 * self.bounds.diagonal()
+        2e-4 * self.bounds.diagonal()
     }
 }

@@ -10,6 +10,8 @@ mod graph;
 mod hash_grid;
 mod layouts;
 pub mod made;
+#[cfg(any(test, feature = "samples"))]
+pub mod samples;
 mod snapshot;
 #[cfg(test)]
 mod tests;

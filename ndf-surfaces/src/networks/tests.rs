@@ -2,6 +2,7 @@
 
 use ndf_core::{BoundingBox, DVec3, Inside, Query, ScalarField};
 
+use super::samples::snapshot_of_a_half_space;
 use super::*;
 use crate::tensors::{Tensor, TensorFile, to_safetensors};
 use crate::test_data::data_file;
@@ -324,71 +325,6 @@ fn sdfstudio_without_and_with_a_grid() {
     assert!((value(&tensors) - without).abs() < 1e-6);
     tensors[4].2 = noise(count, 11);
     assert!((value(&tensors) - without).abs() > 1e-4);
-}
-
-/// A snapshot whose grid holds the x coordinate and whose network passes it on as a logarithm of a density.
-fn snapshot_of_a_half_space(hidden: usize, kind: &str) -> Vec<u8> {
-    use rmpv::Value;
-    let shape = HashGridShape {
-        levels: 1,
-        features: 4,
-        log2_entries: 14,
-        coarsest: 16.0,
-        growth: 1.5,
-        smooth: false,
-    };
-    let mut grid = vec![0.0; shape.parameters().unwrap()];
-    for i in 0..16 * 16 * 16 {
-        // Entry x lies at (x − ½) / 15.
-        grid[4 * i] = ((i % 16) as f32 - 0.5) / 15.0;
-    }
-    let identity = |rows: usize, columns: usize| {
-        (0..rows * columns).map(move |i| if i % columns == i / columns { 1.0 } else { 0.0 })
-    };
-    let mut parameters: Vec<f32> = identity(16, 16).collect();
-    for _ in 1..hidden {
-        parameters.extend(identity(16, 16));
-    }
-    parameters.extend(identity(16, 16).map(|w| 8.0 * w));
-    // Colours: 16 × 32 and 16 × 16.
-    parameters.extend(vec![0.0; 16 * 32 + 16 * 16]);
-    parameters.extend(grid);
-    let bytes: Vec<u8> = match kind {
-        "float" => parameters.iter().flat_map(|x| x.to_le_bytes()).collect(),
-        _ => parameters.iter().flat_map(|&x| half::f16::from_f32(x).to_le_bytes()).collect(),
-    };
-    let map =
-        |entries: Vec<(&str, Value)>| Value::Map(entries.into_iter().map(|(k, v)| (k.into(), v)).collect());
-    let network = |hidden: usize| {
-        map(vec![("n_neurons", 16.into()), ("n_hidden_layers", hidden.into()), ("activation", "ReLU".into())])
-    };
-    let corner = |x: f64| Value::Array(vec![x.into(), x.into(), x.into()]);
-    let root = map(vec![
-        (
-            "encoding",
-            map(vec![
-                ("n_levels", 1.into()),
-                ("n_features_per_level", 4.into()),
-                ("log2_hashmap_size", 14.into()),
-                ("base_resolution", 16.into()),
-                ("per_level_scale", 1.5.into()),
-            ]),
-        ),
-        ("network", network(hidden)),
-        ("rgb_network", network(1)),
-        (
-            "snapshot",
-            map(vec![
-                ("mode", "Nerf".into()),
-                ("params_type", kind.into()),
-                ("params_binary", Value::Binary(bytes)),
-                ("aabb", map(vec![("min", corner(0.0)), ("max", corner(1.0))])),
-            ]),
-        ),
-    ]);
-    let mut out = Vec::new();
-    rmpv::encode::write_value(&mut out, &root).unwrap();
-    out
 }
 
 #[test]

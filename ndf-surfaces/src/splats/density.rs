@@ -20,7 +20,7 @@ pub struct DensityOptions {
 
 impl Default for DensityOptions {
     fn default() -> Self {
-        Self { least_scale: 1.0 / 300.0, least_opacity: 0.05, outliers: 0.005 }
+        Self { least_scale: 1.0 / 200.0, least_opacity: 0.05, outliers: 0.005 }
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod density;
 mod files;
+#[cfg(any(test, feature = "samples"))]
+pub mod samples;
 #[cfg(test)]
 mod tests;
 

@@ -14,6 +14,8 @@ mod archive;
 mod hdf5;
 mod npy;
 mod pickle;
+#[cfg(any(test, feature = "samples"))]
+pub mod samples;
 #[cfg(test)]
 mod tests;
 mod torch;

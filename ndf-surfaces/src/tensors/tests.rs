@@ -1,45 +1,8 @@
 //! Every container, whole and damaged.
 
+use super::samples::{floats, npy, npy_in_order, torch_pickle, zip_of};
 use super::*;
 use crate::test_data::data_file;
-
-fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
-    npy_in_order(kind, "False", shape, data)
-}
-
-fn npy_in_order(kind: &str, by_columns: &str, shape: &str, data: &[u8]) -> Vec<u8> {
-    let header = format!("{{'descr': '{kind}', 'fortran_order': {by_columns}, 'shape': {shape}, }}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(data);
-    bytes
-}
-
-fn floats(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|x| x.to_le_bytes()).collect()
-}
-
-fn zip_of(entries: &[(&str, &[u8])]) -> Vec<u8> {
-    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    for (name, contents) in entries {
-        let options =
-            zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-        zip.start_file(*name, options).unwrap();
-        std::io::Write::write_all(&mut zip, contents).unwrap();
-    }
-    zip.finish().unwrap().into_inner()
-}
-
-/// A pickle of `{'w': tensor}`, the tensor a 2 × 3 view of a storage of six floats.
-fn torch_pickle(strides: [u8; 2]) -> Vec<u8> {
-    let mut p = b"\x80\x02}X\x01\x00\x00\x00wctorch._utils\n_rebuild_tensor_v2\n((".to_vec();
-    p.extend(b"X\x07\x00\x00\x00storagectorch\nFloatStorage\nX\x01\x00\x00\x000X\x03\x00\x00\x00cpuK\x06tQ");
-    p.extend(b"K\x00K\x02K\x03\x86");
-    p.extend([b'K', strides[0], b'K', strides[1], 0x86]);
-    p.extend(b"\x89ccollections\nOrderedDict\n)RtRs.");
-    p
-}
 
 const SIX: [f32; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 
@@ -142,6 +105,24 @@ fn what_is_no_tensor_file_is_told() {
         error(&[0x80, 2, 0x8a, 10, 0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19])
             .contains("cut off")
     );
+}
+
+#[test]
+fn samples_of_every_container_are_read_and_survived_damaged() {
+    for (name, whole) in samples::all() {
+        let file = TensorFile::parse(&whole).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(file.iter().count() > 0, "{name}");
+        for end in 0..whole.len() {
+            let _ = TensorFile::parse(&whole[..end]);
+        }
+        for k in 0..8 * whole.len().min(2000) {
+            let mut changed = whole.clone();
+            changed[k / 8] ^= 1 << (k % 8);
+            let _ = TensorFile::parse(&changed);
+        }
+    }
+    let objects = samples::all().swap_remove(1).1;
+    assert_eq!(TensorFile::parse(&objects).unwrap().get("0").unwrap().values(), [1.0, 2.0, 3.0]);
 }
 
 /// Every container people have, cut off at many places and with bytes changed: an error or tensors, never a panic.

@@ -1,0 +1,79 @@
+//! Small files of splats, made by code: for tests, and as seeds of fuzzers.
+
+use super::{Splat, write_splats};
+
+/// Two splats.
+const TWO: [Splat; 2] = [
+    Splat {
+        center: [0.5, -0.25, 1.0],
+        scales: [0.1, 0.2, 0.05],
+        rotation: [1.0, 0.0, 0.0, 0.0],
+        opacity: 0.8,
+    },
+    Splat {
+        center: [-0.5, 0.25, 0.0],
+        scales: [0.1, 0.1, 0.1],
+        rotation: [0.5, 0.5, 0.5, 0.5],
+        opacity: 0.6,
+    },
+];
+
+/// Records of 32 bytes.
+pub fn antimatter() -> Vec<u8> {
+    let record = |splat: &Splat| {
+        let mut bytes: Vec<u8> =
+            splat.center.iter().chain(&splat.scales).flat_map(|x: &f32| x.to_le_bytes()).collect();
+        bytes.extend([128, 128, 128, (255.0 * splat.opacity) as u8]);
+        bytes.extend(splat.rotation.map(|q| (q * 127.0 + 128.0) as u8));
+        bytes
+    };
+    TWO.iter().flat_map(record).collect()
+}
+
+/// SPZ of versions 2 and 3, not packed: two splats of which every attribute is zero bytes.
+pub fn spz(version: u32) -> Vec<u8> {
+    let words = [u32::from_le_bytes(*b"NGSP"), version, 2, 12 << 8];
+    let mut bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    let rotation = if version < 3 { 3 } else { 4 };
+    bytes.extend(vec![0; 2 * (9 + 1 + 3 + 3 + rotation)]);
+    bytes
+}
+
+/// PlayCanvas' PLY: one chunk, two splats at its lowest corner.
+pub fn compressed_ply() -> Vec<u8> {
+    let sides = |words: &str| -> String {
+        ["min", "max"]
+            .iter()
+            .flat_map(|end| words.split(' ').map(move |axis| format!("property float {end}_{axis}\n")))
+            .collect()
+    };
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement chunk 1\n{}{}element vertex 2\n",
+        sides("x y z"),
+        sides("scale_x scale_y scale_z")
+    );
+    for name in ["position", "rotation", "scale", "color"] {
+        bytes += &format!("property uint packed_{name}\n");
+    }
+    let mut bytes = (bytes + "end_header\n").into_bytes();
+    for number in [-1.0_f32, -1.0, -1.0, 1.0, 1.0, 1.0, -3.0, -3.0, -3.0, -1.0, -1.0, -1.0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for word in [0_u32, 0x2008_0200, 0, 0x8080_80ff].repeat(2) {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes
+}
+
+/// A file of every format, with the end of its name.
+pub fn all() -> Vec<(&'static str, Vec<u8>)> {
+    let mut ply = Vec::new();
+    write_splats(&mut ply, &TWO).expect("memory can be written to");
+    vec![
+        ("inria.ply", ply),
+        ("compressed.ply", compressed_ply()),
+        ("two.splat", antimatter()),
+        ("v2.spz", spz(2)),
+        ("v3.spz", spz(3)),
+    ]
+}
