@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf_core::ManifoldMesh;
-use ndf_core::mesh::repair;
+use ndf_core::mesh::{NotManifold, repair};
+use ndf_core::{ManifoldMesh, TriangleMesh};
 
 use crate::commands::extract::{EdgeLength, extracted, length};
 use crate::commands::read_faces;
@@ -25,12 +25,35 @@ pub struct TriangulationArguments {
     relative_edge_length: Option<f64>,
 }
 
+/// A triangulation, or what is left of a file that cannot be mended to be one.
+pub enum Triangles {
+    /// An oriented manifold.
+    Manifold(ManifoldMesh),
+    /// Triangles of any kind, all of them usable, and why they are no manifold.
+    Other(TriangleMesh, NotManifold),
+}
+
 impl TriangulationArguments {
     /// The triangulation, with the vertex order of the file where that is a manifold; otherwise mended.
     ///
     /// # Errors
     /// If the input cannot be read, cannot be mended, or is a model without an edge length.
     pub fn read(&self, context: &Context) -> Result<ManifoldMesh, Failure> {
+        match self.read_triangles(context)? {
+            Triangles::Manifold(mesh) => Ok(mesh),
+            Triangles::Other(_, defects) => {
+                let failure = Failure::new(format!("{}: {defects}", self.input.display()));
+                Err(failure.try_instead("`ndf info` lists what is wrong with it"))
+            }
+        }
+    }
+
+    /// The triangulation as [`read`](Self::read) has it; where the file cannot be mended, its triangles, with vertices
+    /// in one place merged.
+    ///
+    /// # Errors
+    /// If the input cannot be read, or is a model without an edge length.
+    pub fn read_triangles(&self, context: &Context) -> Result<Triangles, Failure> {
         let name = self.input.display();
         if begins_as_model(&self.input) {
             let Some(edge_length) = EdgeLength::of(self.edge_length, self.relative_edge_length) else {
@@ -41,19 +64,24 @@ impl TriangulationArguments {
             let model = read_model(&self.input)?;
             let (mesh, _) =
                 extracted(&model, edge_length).map_err(|e| Failure::new(format!("{name}: {e}")))?;
-            return Ok(mesh);
+            return Ok(Triangles::Manifold(mesh));
         }
         let file = read_faces(&self.input, context)?;
         if self.edge_length.is_some() || self.relative_edge_length.is_some() {
             context.warn(&format!("{name} is a mesh, used as it is; the edge length is for models"));
         }
         if let Ok(mesh) = ManifoldMesh::try_from(file.mesh.clone()) {
-            return Ok(mesh);
+            return Ok(Triangles::Manifold(mesh));
         }
-        let mended = repair::mended(&file.mesh).map_err(|e| {
-            Failure::new(format!("{name}: {e}")).try_instead("`ndf info` lists what is wrong with it")
-        })?;
-        mended.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
-        Ok(mended.mesh)
+        match repair::mended(&file.mesh) {
+            Ok(mended) => {
+                mended.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
+                Ok(Triangles::Manifold(mended.mesh))
+            }
+            Err(defects) => {
+                let usable = repair::without_unusable_faces(&repair::welded(&file.mesh, 0.0));
+                Ok(Triangles::Other(repair::without_unreferenced_vertices(&usable).0, defects))
+            }
+        }
     }
 }

@@ -1,6 +1,13 @@
 //! How good the triangles of a mesh are: lengths, angles, the Delaunay property.
 
-use crate::ManifoldMesh;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::{DVec3, ManifoldMesh};
+
+/// Edges or faces a thread takes at a time.
+const CHUNK: usize = 4096;
 
 /// Smallest, mean and largest of some values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,33 +46,33 @@ pub struct Quality {
 const DELAUNAY_TOLERANCE: f64 = 1e-9;
 
 impl Quality {
-    /// Measures a mesh. O(n log n).
+    /// Measures a mesh, over all threads. O(n).
     pub fn of(mesh: &ManifoldMesh) -> Self {
-        let mut spread = Spread { min: f64::INFINITY, mean: 0.0, max: 0.0 };
-        for e in 0..mesh.edge_count() as u32 {
-            let [a, b] = mesh.edge_vertices(e).map(|v| mesh.positions()[v as usize]);
-            let length = a.distance(b);
-            spread.min = spread.min.min(length);
-            spread.max = spread.max.max(length);
-            spread.mean += length / mesh.edge_count() as f64;
-        }
-        let mut angles: Vec<f64> = (0..mesh.face_count() as u32).map(|f| smallest_angle(mesh, f)).collect();
-        angles.sort_unstable_by(f64::total_cmp);
-        let quantile = |q: f64| angles[((angles.len() - 1) as f64 * q).round() as usize];
-
-        let (mut inner, mut delaunay) = (0_usize, 0_usize);
-        for e in 0..mesh.edge_count() as u32 {
-            let h = mesh.edge_halfedge(e);
-            if let Some(twin) = mesh.twin(h) {
-                inner += 1;
-                let sum = opposite_cotangent(mesh, h) + opposite_cotangent(mesh, twin);
-                delaunay += usize::from(sum >= -DELAUNAY_TOLERANCE);
-            }
-        }
+        let edges: Vec<EdgeFigures> = (0..mesh.edge_count().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| EdgeFigures::of(mesh, chunk * CHUNK..mesh.edge_count().min((chunk + 1) * CHUNK)))
+            .collect();
+        // In order, so that the sum does not depend on the number of threads.
+        let all = edges.into_iter().fold(EdgeFigures::NONE, EdgeFigures::and);
+        let mut cotangents: Vec<f64> = (0..mesh.face_count() as u32)
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|f| greatest_cotangent(mesh, f))
+            .collect();
+        // Angles fall where cotangents rise.
+        let mut quantile = |q: f64| {
+            let rank = ((cotangents.len() - 1) as f64 * q).round() as usize;
+            let (_, cotangent, _) = cotangents.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
+            1.0_f64.atan2(*cotangent).to_degrees()
+        };
         Self {
-            edge_length: spread,
+            edge_length: Spread {
+                min: all.shortest,
+                mean: all.length / mesh.edge_count() as f64,
+                max: all.longest,
+            },
             min_angle_deg: SmallestAngles { min: quantile(0.0), p5: quantile(0.05), median: quantile(0.5) },
-            delaunay_fraction: if inner == 0 { 1.0 } else { delaunay as f64 / inner as f64 },
+            delaunay_fraction: if all.inner == 0 { 1.0 } else { all.delaunay as f64 / all.inner as f64 },
         }
     }
 
@@ -75,22 +82,73 @@ impl Quality {
     }
 }
 
-/// The smallest angle of a face, in degrees; 0 where an edge has no length.
-fn smallest_angle(mesh: &ManifoldMesh, face: u32) -> f64 {
-    let p = mesh.corner_positions(face);
-    let angle = |c: usize| {
-        let (u, v) = (p[(c + 1) % 3] - p[c], p[(c + 2) % 3] - p[c]);
-        u.cross(v).length().atan2(u.dot(v)).to_degrees()
-    };
-    angle(0).min(angle(1)).min(angle(2))
+/// What is counted along edges.
+#[derive(Clone, Copy)]
+struct EdgeFigures {
+    shortest: f64,
+    longest: f64,
+    length: f64,
+    inner: usize,
+    delaunay: usize,
 }
 
-/// Cotangent of the angle opposite to a half-edge in its face; of a face without area, −∞ opposite to its longest
-/// side and +∞ opposite to the others.
-fn opposite_cotangent(mesh: &ManifoldMesh, halfedge: u32) -> f64 {
+impl EdgeFigures {
+    const NONE: Self = Self { shortest: f64::INFINITY, longest: 0.0, length: 0.0, inner: 0, delaunay: 0 };
+
+    fn of(mesh: &ManifoldMesh, edges: Range<usize>) -> Self {
+        let mut figures = Self::NONE;
+        for e in edges {
+            let h = mesh.edge_halfedge(e as u32);
+            let [a, b] = mesh.edge_vertices(e as u32).map(|v| mesh.positions()[v as usize]);
+            let length = a.distance(b);
+            figures.shortest = figures.shortest.min(length);
+            figures.longest = figures.longest.max(length);
+            figures.length += length;
+            if let Some(twin) = mesh.twin(h) {
+                let opposite = [opposite(mesh, h), opposite(mesh, twin)];
+                let acute = opposite.iter().all(|(u, v)| u.dot(*v) >= 0.0);
+                let delaunay = acute || opposite.map(cotangent).iter().sum::<f64>() >= -DELAUNAY_TOLERANCE;
+                figures.inner += 1;
+                figures.delaunay += usize::from(delaunay);
+            }
+        }
+        figures
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            shortest: self.shortest.min(other.shortest),
+            longest: self.longest.max(other.longest),
+            length: self.length + other.length,
+            inner: self.inner + other.inner,
+            delaunay: self.delaunay + other.delaunay,
+        }
+    }
+}
+
+/// Cotangent of the smallest angle of a face, the one opposite to its shortest side; ∞ where that is 0.
+fn greatest_cotangent(mesh: &ManifoldMesh, face: u32) -> f64 {
+    let [a, b, c] = mesh.corner_positions(face);
+    let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
+    cotangent(if ab <= bc && ab <= ca {
+        (a - c, b - c)
+    } else if bc <= ca {
+        (b - a, c - a)
+    } else {
+        (c - b, a - b)
+    })
+}
+
+/// The vectors to a half-edge's ends from the corner opposite to it in its face.
+fn opposite(mesh: &ManifoldMesh, halfedge: u32) -> (DVec3, DVec3) {
     let at = |h: u32| mesh.positions()[mesh.tail(h) as usize];
     let apex = at(mesh.previous(halfedge));
-    let (u, v) = (at(halfedge) - apex, at(mesh.next(halfedge)) - apex);
+    (at(halfedge) - apex, at(mesh.next(halfedge)) - apex)
+}
+
+/// Cotangent of the angle between two vectors; in a face without area −∞ opposite to its longest side and +∞
+/// opposite to the others.
+fn cotangent((u, v): (DVec3, DVec3)) -> f64 {
     let (dot, cross) = (u.dot(v), u.cross(v).length());
     if cross == 0.0 { f64::INFINITY.copysign(dot) } else { dot / cross }
 }
@@ -98,8 +156,8 @@ fn opposite_cotangent(mesh: &ManifoldMesh, halfedge: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TriangleMesh;
     use crate::mesh::shapes;
-    use crate::{DVec3, TriangleMesh};
 
     #[test]
     fn squares_split_along_the_diagonal_are_just_delaunay() {

@@ -227,3 +227,39 @@ pub(crate) fn comes_from_left(a: &Window, b: &Window, x: f64) -> Option<bool> {
     let (from_a, from_b) = ((x - a.x) * b.depth, (x - b.x) * a.depth);
     ((from_a - from_b).abs() > COLLINEAR * (from_a.abs() + from_b.abs())).then_some(from_a > from_b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Seen from a root one unit below the half-edge.
+    fn window(start: f64, end: f64, x: f64, offset: f64) -> Window {
+        Window { start, end, x, depth: 1.0, offset, root: 0 }
+    }
+
+    #[test]
+    fn windows_that_start_where_they_end_lose() {
+        // Nearer on all of the overlap, the left one leaves a point of the right one, and the other way round.
+        let (mut left, mut right) = (window(0.0, 2.0, 1.0, 0.0), window(1.0, 2.0, 1.5, 3.0));
+        assert_eq!(divide(&mut left, &mut right), Survivors::Left);
+        assert_eq!(right.start, right.end);
+        let (mut left, mut right) = (window(0.0, 1.0, 0.5, 3.0), window(0.0, 2.0, 1.0, 0.0));
+        assert_eq!(divide(&mut left, &mut right), Survivors::Right);
+        assert_eq!(left.start, left.end);
+        // Equal distances: one window, and not both.
+        let (mut left, mut right) = (window(0.0, 1.0, 0.5, 0.0), window(0.0, 1.0, 0.5, 0.0));
+        assert_ne!(divide(&mut left, &mut right), Survivors::Both);
+        assert!(window(1.0, 1.0, 0.5, 0.0).is_narrow() && !window(1.0, 1.1, 0.5, 0.0).is_narrow());
+    }
+
+    #[test]
+    fn windows_are_divided_where_they_tie() {
+        let (mut left, mut right) = (window(0.0, 4.0, 1.0, 0.0), window(0.0, 4.0, 3.0, 0.0));
+        assert_eq!(divide(&mut left, &mut right), Survivors::Both);
+        assert_eq!((left.start, left.end, right.start, right.end), (0.0, 2.0, 2.0, 4.0));
+        let (mut left, mut right) = (window(0.0, 4.0, 1.0, 0.5), window(0.0, 4.0, 3.0, 0.0));
+        assert_eq!(divide(&mut left, &mut right), Survivors::Both);
+        assert_eq!(left.end, right.start);
+        assert!((left.at(left.end) - right.at(left.end)).abs() < 1e-14);
+    }
+}

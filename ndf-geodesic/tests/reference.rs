@@ -5,10 +5,13 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::collections::HashMap;
+mod common;
+
 use std::path::{Path, PathBuf};
 
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
+use common::subdivided;
+use ndf_core::mesh::repair;
+use ndf_core::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 
@@ -17,23 +20,11 @@ fn data_folder() -> PathBuf {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
 }
 
-/// Vertices at the same position become one, in order of first appearance; faces keep their order.
-fn welded(mesh: &TriangleMesh) -> TriangleMesh {
-    let mut positions: Vec<DVec3> = Vec::new();
-    let mut index = HashMap::new();
-    let map: Vec<u32> = mesh
-        .positions()
-        .iter()
-        .map(|p| {
-            let key = p.to_array().map(|x| (x + 0.0).to_bits());
-            *index.entry(key).or_insert_with(|| {
-                positions.push(*p);
-                positions.len() as u32 - 1
-            })
-        })
-        .collect();
-    let faces = mesh.faces().iter().map(|f| f.map(|v| map[v as usize])).collect();
-    TriangleMesh::new(positions, faces).unwrap()
+/// The mesh of a file as the reference has it: STL welded by exact position.
+fn read(path: &Path) -> Option<TriangleMesh> {
+    let mesh = ndf_core::io::read_mesh(path).ok()?.mesh;
+    let stl = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
+    Some(if stl { repair::welded(&mesh, 0.0) } else { mesh })
 }
 
 #[test]
@@ -48,11 +39,10 @@ fn distances_agree_with_the_reference_on_every_mesh() {
     let mut worst: f64 = 0.0;
     for (name, entry) in reference.as_object().unwrap() {
         let expected = &entry["geodesic_from_vertex_0"];
-        let Ok(file) = ndf_core::io::read_mesh(folder.join("mesh").join(name)) else {
+        let Some(mesh) = read(&folder.join("mesh").join(name)) else {
             println!("{name}: skipped, cannot be read");
             continue;
         };
-        let mesh = if name.to_lowercase().ends_with("stl") { welded(&file.mesh) } else { file.mesh };
         if expected.is_null() {
             println!("{name}: skipped, no reference values");
             continue;
@@ -86,24 +76,6 @@ fn distances_agree_with_the_reference_on_every_mesh() {
     assert!(worst < 1e-8, "{worst:e}");
 }
 
-/// Every face split into four by its edges' midpoints: the same surface with many flat vertices.
-fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {
-    let mut positions = mesh.positions().to_vec();
-    let mut midpoints = HashMap::new();
-    let mut midpoint = |a: u32, b: u32| {
-        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
-            positions.push(positions[a as usize].midpoint(positions[b as usize]));
-            positions.len() as u32 - 1
-        })
-    };
-    let mut faces = Vec::new();
-    for &[a, b, c] in mesh.faces() {
-        let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
-        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-    }
-    TriangleMesh::new(positions, faces).unwrap()
-}
-
 #[test]
 fn subdivision_changes_no_distance() {
     let Ok(entries) = std::fs::read_dir(data_folder().join("mesh")) else {
@@ -114,9 +86,7 @@ fn subdivision_changes_no_distance() {
     paths.sort();
     let mut worst: f64 = 0.0;
     for path in paths {
-        let name = path.file_name().unwrap().to_string_lossy().to_lowercase();
-        let Ok(file) = ndf_core::io::read_mesh(&path) else { continue };
-        let mesh = if name.ends_with("stl") { welded(&file.mesh) } else { file.mesh };
+        let Some(mesh) = read(&path) else { continue };
         if mesh.face_count() > 60_000 {
             continue;
         }
@@ -132,7 +102,7 @@ fn subdivision_changes_no_distance() {
             .zip(fine.distances())
             .map(|(a, b)| (a - b) / a.max(*b).max(1e-300))
             .fold(0.0, |m: f64, e| if e.abs() > m.abs() { e } else { m });
-        println!("{name}: {error:.1e}");
+        println!("{}: {error:.1e}", path.display());
         worst = worst.max(error.abs());
     }
     assert!(worst < 1e-9, "{worst:e}");

@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod common;
+
+use common::subdivided;
 use ndf_core::mesh::shapes;
 use ndf_core::progress::Progress;
 use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
@@ -171,6 +174,44 @@ fn a_mesh_stretched_sixty_times_is_symmetric() {
     }
 }
 
+/// On a lattice of whole numbers lines from lattice points, and from the middles of edges and faces, run exactly through
+/// vertices: windows are cut where they start or end, and what is left of them starts where it ends.
+#[test]
+fn windows_that_start_where_they_end_are_no_windows() {
+    let n = 16;
+    let lattice = shapes::grid(n, n).map_positions(|p| (p * f64::from(n)).round());
+    // The same folded up and down along every column of vertices.
+    let folded = lattice.map_positions(|p| DVec3::new(p.x, p.y, p.x % 2.0));
+    let middle = n / 2 * (n + 1) + n / 2;
+    let quads = n / 2 * n + n / 2;
+    for (mesh, stretch) in [(&lattice, 1.0), (&folded, 2.0_f64.sqrt())] {
+        let mesh = ManifoldMesh::try_from(mesh.clone()).unwrap();
+        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let edge = (0..intrinsic.edge_count() as u32).nth(mesh.vertex_count()).unwrap();
+        for source in [
+            SurfacePoint::Vertex(0),
+            SurfacePoint::Vertex(middle),
+            SurfacePoint::Edge { edge, t: 0.5 },
+            SurfacePoint::Face { face: 2 * quads, barycentric: [0.25, 0.25, 0.5] },
+            SurfacePoint::Face { face: 2 * quads + 1, barycentric: [0.5, 0.5, 0.0] },
+        ] {
+            let geodesics = exact_distances(&intrinsic, &[source], &ExactOptions::with_windows()).unwrap();
+            assert_eq!(geodesics.unreached(), 0);
+            // The folds of the second surface are straight: it unrolls to a plane, wider by √2.
+            let unrolled = |p: DVec3| DVec3::new(p.x * stretch, p.y, 0.0);
+            let from = unrolled(source.position(&mesh));
+            for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
+                let truth = unrolled(*p).distance(from);
+                assert!((d - truth).abs() <= 1e-14 * f64::from(n), "{source:?} to {v}: {d} {truth}");
+                let path = geodesics.path_to(SurfacePoint::Vertex(v as u32)).unwrap();
+                let positions = path.positions(&mesh);
+                let length: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
+                assert!((length - truth).abs() < 1e-12 * f64::from(n), "path to {v}: {length} {truth}");
+            }
+        }
+    }
+}
+
 #[test]
 fn edges_without_length_and_flat_faces_are_crossed() {
     // A plane whose vertices snap to a coarser lattice: many faces and edges have no length or area.
@@ -315,24 +356,6 @@ fn the_observer_can_cancel_and_runs_repeat() {
     let error = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &options).err();
     assert_eq!(error, Some(GeodesicError::Cancelled));
     assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
-}
-
-/// Every face split into four by its edges' midpoints: the same surface with many flat vertices.
-fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {
-    let mut positions = mesh.positions().to_vec();
-    let mut midpoints = std::collections::BTreeMap::new();
-    let mut midpoint = |a: u32, b: u32| {
-        *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
-            positions.push(positions[a as usize].midpoint(positions[b as usize]));
-            positions.len() as u32 - 1
-        })
-    };
-    let mut faces = Vec::new();
-    for &[a, b, c] in mesh.faces() {
-        let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
-        faces.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-    }
-    TriangleMesh::new(positions, faces).unwrap()
 }
 
 /// Noise from small to senseless, stretched sixty times or pressed flat, and snapped to a lattice, which

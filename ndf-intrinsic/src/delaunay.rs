@@ -1,9 +1,11 @@
 //! Flips to the intrinsic Delaunay triangulation (Fisher, Springborn, Bobenko and Schröder 2006).
 
+use rayon::prelude::*;
+
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
-use crate::planar::{Point, cross, distance, dot, minus, orientation, third_corner};
+use crate::planar::{Point, cross, distance, dot, minus, orientation};
 use crate::triangle;
 
 /// What [flips to Delaunay](IntrinsicTriangulation::flip_to_delaunay) did.
@@ -29,9 +31,15 @@ pub(crate) struct EdgeQueue {
 }
 
 impl EdgeQueue {
-    /// All edges, the first on top.
-    pub(crate) fn all(edges: usize) -> Self {
-        Self { stack: (0..edges as u32).rev().collect(), queued: vec![true; edges] }
+    /// These edges, the first on top.
+    pub(crate) fn of(edges: &[u32]) -> Self {
+        let mut queue = Self::default();
+        edges.iter().rev().for_each(|&e| queue.push(e));
+        queue
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.stack.is_empty()
     }
 
     #[inline]
@@ -72,7 +80,8 @@ impl Quad {
         let sides = mesh.sides_from(h);
         let (tail, tip) = ([0.0, 0.0], [sides[0], 0.0]);
         let left = triangle::apex(sides);
-        let right = third_corner(tip, tail, mesh.sides_from(t));
+        let apex = triangle::apex(mesh.sides_from(t));
+        let right = [sides[0] - apex[0], -apex[1]];
         Some(Self { tail, tip, left, right })
     }
 
@@ -112,6 +121,9 @@ pub(crate) trait Flip {
     /// Connectivity and lengths.
     fn mesh(&self) -> &IntrinsicMesh;
 
+    /// Whether an edge is known to need no flip at a glance.
+    fn is_settled(&self, edge: u32) -> bool;
+
     /// Flips an edge with two different faces, if that is allowed, and gives it a new length; whether it did.
     fn flip(&mut self, edge: u32, length: f64) -> bool;
 }
@@ -120,6 +132,11 @@ impl Flip for IntrinsicMesh {
     #[inline]
     fn mesh(&self) -> &IntrinsicMesh {
         self
+    }
+
+    #[inline]
+    fn is_settled(&self, edge: u32) -> bool {
+        is_surely_delaunay(self, edge)
     }
 
     #[inline]
@@ -135,6 +152,11 @@ impl Flip for IntegerCoordinates<'_> {
     #[inline]
     fn mesh(&self) -> &IntrinsicMesh {
         &self.mesh
+    }
+
+    #[inline]
+    fn is_settled(&self, edge: u32) -> bool {
+        is_surely_delaunay(&self.mesh, edge)
     }
 
     #[inline]
@@ -162,6 +184,9 @@ pub(crate) fn flip_to_delaunay<T: Flip>(
     let mut report = DelaunayReport::default();
     let most = MOST_FLIPS_PER_EDGE.saturating_mul(triangulation.mesh().edge_count());
     while let Some(edge) = queue.pop() {
+        if triangulation.is_settled(edge) {
+            continue;
+        }
         let Some(quad) = Quad::of(triangulation.mesh(), edge) else { continue };
         if !quad.is_violating() {
             continue;
@@ -182,10 +207,26 @@ pub(crate) fn flip_to_delaunay<T: Flip>(
     report
 }
 
+/// Whether neither angle opposite to an edge is obtuse: then it is Delaunay, and nothing needs to be laid out.
+#[inline]
+pub(crate) fn is_surely_delaunay(mesh: &IntrinsicMesh, edge: u32) -> bool {
+    let h = mesh.edge_halfedge(edge);
+    mesh.twin(h).is_none_or(|t| mesh.is_acute(h) && mesh.is_acute(t))
+}
+
+/// The edges that are not Delaunay, found over all threads.
+pub(crate) fn violating(mesh: &IntrinsicMesh) -> EdgeQueue {
+    let violates =
+        |&e: &u32| !is_surely_delaunay(mesh, e) && Quad::of(mesh, e).is_some_and(|quad| quad.is_violating());
+    let edges: Vec<u32> =
+        (0..mesh.edge_count() as u32).into_par_iter().with_min_len(4096).filter(violates).collect();
+    EdgeQueue::of(&edges)
+}
+
 impl IntrinsicMesh {
     /// Flips edges until the mesh is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
     pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
-        let mut queue = EdgeQueue::all(self.edge_count());
+        let mut queue = violating(self);
         flip_to_delaunay(self, &mut queue, |_, _| {})
     }
 }
@@ -193,7 +234,7 @@ impl IntrinsicMesh {
 impl IntrinsicTriangulation<'_> {
     /// Flips edges until the triangulation is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
     pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
-        let mut queue = EdgeQueue::all(self.mesh().edge_count());
+        let mut queue = violating(self.mesh());
         flip_to_delaunay(&mut self.coordinates, &mut queue, |_, _| {})
     }
 }

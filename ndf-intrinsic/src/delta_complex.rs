@@ -8,6 +8,7 @@
 //! next corner.
 
 use ndf_core::ManifoldMesh;
+use rayon::prelude::*;
 
 pub use ndf_core::mesh::NO_HALFEDGE;
 
@@ -131,53 +132,56 @@ impl DeltaComplex {
         Ok(complex)
     }
 
-    /// Whether the fans of all vertices together meet every corner once.
+    /// Whether the fans of all vertices together meet every corner once. Gluing and ends are right already: then
+    /// fans meet corners of their own vertex only, each once, and it is enough to count.
     fn check_fans(&self) -> Result<(), TopologyError> {
-        let mut met = vec![false; self.halfedges.len()];
-        for v in 0..self.vertex_count() as u32 {
-            if self.vertex_halfedge(v) == NO_HALFEDGE {
-                return Err(TopologyError::Fan(v));
-            }
-            for h in self.outgoing(v) {
-                met[h as usize] = true;
-            }
+        let vertices = (0..self.vertex_count() as u32).into_par_iter().with_min_len(4096);
+        if let Some(v) = vertices.clone().find_first(|&v| self.vertex_halfedge(v) == NO_HALFEDGE) {
+            return Err(TopologyError::Fan(v));
         }
-        match met.iter().position(|&m| !m) {
-            Some(h) => Err(TopologyError::Fan(self.tail(h as u32))),
-            None => Ok(()),
+        if vertices.map(|v| self.outgoing(v).count()).sum::<usize>() == self.halfedge_count() {
+            return Ok(());
         }
+        let mut met = vec![false; self.halfedge_count()];
+        (0..self.vertex_count() as u32).flat_map(|v| self.outgoing(v)).for_each(|h| met[h as usize] = true);
+        let missed = met.iter().position(|&met| !met).expect("fewer corners are met than there are");
+        Err(TopologyError::Fan(self.tail(missed as u32)))
     }
 
-    /// Checks every invariant; for tests and for complexes of doubtful origin. O(n).
+    /// Checks every invariant; for tests and for complexes of doubtful origin. Over all threads, O(n).
     ///
     /// # Errors
     /// With the first violation.
     pub fn check(&self) -> Result<(), TopologyError> {
-        for h in 0..self.halfedge_count() as u32 {
-            if self.tail(h) as usize >= self.vertex_count() {
-                return Err(TopologyError::Tail(h));
-            }
-            if let Some(t) = self.twin(h) {
-                if t == h || self.halfedges.get(t as usize).map(|t| t.twin) != Some(h) {
-                    return Err(TopologyError::Twin(h));
-                }
-                let same_edge = self.halfedge_edge(t) == self.halfedge_edge(h);
-                if self.tail(t) != self.tip(h) || self.tip(t) != self.tail(h) || !same_edge {
-                    return Err(TopologyError::Ends(h));
-                }
-            }
-            let canonical = self.edge_halfedge(self.halfedge_edge(h));
-            if canonical != h && Some(canonical) != self.twin(h) {
+        let halfedges = (0..self.halfedge_count() as u32).into_par_iter().with_min_len(4096);
+        halfedges.map(|h| self.check_halfedge(h)).find_first(Result::is_err).unwrap_or(Ok(()))?;
+        let vertices = (0..self.vertex_count() as u32).into_par_iter().with_min_len(4096);
+        let stray = vertices.filter(|&v| {
+            let h = self.vertex_halfedge(v);
+            h as usize >= self.halfedge_count() || self.tail(h) != v
+        });
+        stray.min().map_or(Ok(()), |v| Err(TopologyError::Fan(v)))?;
+        self.check_fans()
+    }
+
+    fn check_halfedge(&self, h: u32) -> Result<(), TopologyError> {
+        if self.tail(h) as usize >= self.vertex_count() {
+            return Err(TopologyError::Tail(h));
+        }
+        if let Some(t) = self.twin(h) {
+            if t == h || self.halfedges.get(t as usize).map(|t| t.twin) != Some(h) {
                 return Err(TopologyError::Twin(h));
             }
-        }
-        for v in 0..self.vertex_count() as u32 {
-            let h = self.vertex_halfedge(v);
-            if h as usize >= self.halfedge_count() || self.tail(h) != v {
-                return Err(TopologyError::Fan(v));
+            let same_edge = self.halfedge_edge(t) == self.halfedge_edge(h);
+            if self.tail(t) != self.tip(h) || self.tip(t) != self.tail(h) || !same_edge {
+                return Err(TopologyError::Ends(h));
             }
         }
-        self.check_fans()
+        let canonical = self.edge_halfedge(self.halfedge_edge(h));
+        if canonical != h && Some(canonical) != self.twin(h) {
+            return Err(TopologyError::Twin(h));
+        }
+        Ok(())
     }
 
     /// Number of vertices.
@@ -332,19 +336,23 @@ impl DeltaComplex {
     /// Whether no edge ends where it begins and no two edges join the same vertices: whether the complex can be
     /// given by the corners of its faces alone. O(n · degree).
     pub fn is_simplicial(&self) -> bool {
-        let mut seen_from = vec![u32::MAX; self.vertex_count()];
-        for v in 0..self.vertex_count() as u32 {
-            for h in self.outgoing(v) {
-                let last = self.previous(h);
-                let end = if self.twin(last).is_none() { Some(self.tail(last)) } else { None };
-                for tip in std::iter::once(self.tip(h)).chain(end) {
-                    if tip == v || std::mem::replace(&mut seen_from[tip as usize], v) == v {
-                        return false;
-                    }
+        (0..self.vertex_count() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map_init(Vec::new, |ring, v| {
+                ring.clear();
+                let mut last = 0;
+                for h in self.outgoing(v) {
+                    ring.push(self.tip(h));
+                    last = self.previous(h);
                 }
-            }
-        }
-        true
+                if self.twin(last).is_none() {
+                    ring.push(self.tail(last));
+                }
+                ring.sort_unstable();
+                !ring.contains(&v) && ring.windows(2).all(|pair| pair[0] != pair[1])
+            })
+            .all(|simplicial| simplicial)
     }
 }
 

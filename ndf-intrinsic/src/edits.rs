@@ -155,79 +155,6 @@ impl DeltaComplex {
         edges
     }
 
-    /// Whether the edge of `h`, i → j, can be collapsed into i without changing the surface's topology: it has
-    /// two faces, j is inside, and the two ends have no other neighbours in common than the two opposite corners
-    /// (the link condition). The complex must be simplicial. O(degree).
-    pub(crate) fn can_collapse(&self, h: u32) -> bool {
-        let (i, j) = (self.tail(h), self.tip(h));
-        let Some(t) = self.twin(h) else { return false };
-        if self.is_boundary_vertex(j) {
-            return false;
-        }
-        let common = self.outgoing(j).filter(|&out| self.joins(i, self.tip(out))).count();
-        let degree_three = |corner: u32| {
-            let v = self.tail(corner);
-            !self.is_boundary_vertex(v) && self.outgoing(v).take(4).count() == 3
-        };
-        let apexes = [self.previous(h), self.previous(t)];
-        // An apex in a single face besides the two would be left with a face that is a flap.
-        let bare = |corner: u32| self.outgoing(self.tail(corner)).take(2).count() == 1;
-        common == 2 && !apexes.into_iter().any(degree_three) && !apexes.into_iter().any(bare)
-    }
-
-    /// Whether an edge joins two vertices. O(degree).
-    pub(crate) fn joins(&self, a: u32, b: u32) -> bool {
-        self.outgoing(a).any(|h| self.tip(h) == b || self.tail(self.previous(h)) == b)
-    }
-
-    /// Collapses the edge of `h`, i → j, into i. The caller [asked](Self::can_collapse). Returns the removed
-    /// edges in the order to `swap_remove` their attributes; the last vertex takes the number of j.
-    pub(crate) fn collapse(&mut self, h: u32) -> [u32; 3] {
-        let t = self.halfedges[h as usize].twin;
-        let (i, j) = (self.tail(h), self.tip(h));
-        let around: Vec<u32> = self.outgoing(j).collect();
-        for out in around {
-            self.halfedges[out as usize].tail = i;
-        }
-        let gone = [h, t].map(|h| h / 3);
-        let mut edges = [self.halfedge_edge(h), 0, 0];
-        for (slot, h) in [h, t].into_iter().enumerate() {
-            // The sides besides the collapsed one become one edge, that of the side at i.
-            let (at_i, at_j) =
-                if slot == 0 { (self.previous(h), self.next(h)) } else { (self.next(h), self.previous(h)) };
-            let (keep, drop) = (self.halfedge_edge(at_i), self.halfedge_edge(at_j));
-            let outer = [at_i, at_j].map(|h| self.halfedges[h as usize].twin);
-            edges[1 + slot] = drop;
-            for (side, &o) in outer.iter().enumerate() {
-                if o != NO_HALFEDGE {
-                    self.halfedges[o as usize].twin = outer[1 - side];
-                    self.halfedges[o as usize].edge = keep;
-                    self.edge_halfedges[keep as usize] = o;
-                }
-            }
-            // The apex and i get an outgoing half-edge that stays; the boundary's first ones do.
-            for &o in &outer {
-                if o == NO_HALFEDGE {
-                    continue;
-                }
-                for out in [o, self.next(o)] {
-                    let v = self.tail(out) as usize;
-                    let current = self.vertex_halfedges[v];
-                    let goes =
-                        gone.contains(&(current / 3)) || self.halfedges[current as usize].tail != v as u32;
-                    if goes || self.halfedges[out as usize].twin == NO_HALFEDGE {
-                        self.vertex_halfedges[v] = out;
-                    }
-                }
-            }
-        }
-        self.remove_faces(gone);
-        edges.sort_unstable_by(|a, b| b.cmp(a));
-        edges.iter().for_each(|&e| self.remove_edge(e));
-        self.remove_vertex(j);
-        edges
-    }
-
     /// Lets the tails of the half-edges that stay point at them where they may point at one that goes.
     fn settle(&mut self, staying: [u32; 3]) {
         for h in staying {
@@ -289,25 +216,6 @@ mod tests {
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
-
-    #[test]
-    fn random_collapses_keep_a_complex_simplicial() {
-        let mut rng = ChaCha8Rng::seed_from_u64(2);
-        for mesh in [shapes::icosphere(3), shapes::torus(20, 12, 1.0, 0.4), shapes::grid(12, 9)] {
-            let mut complex = DeltaComplex::of_mesh(&ManifoldMesh::try_from(mesh).unwrap());
-            let (euler, edges) = (complex.euler_characteristic(), complex.edge_count());
-            for _ in 0..4000 {
-                let h = rng.random_range(0..complex.halfedge_count() as u32);
-                if complex.can_collapse(h) {
-                    complex.collapse(h);
-                    complex.check().unwrap();
-                    assert!(complex.is_simplicial());
-                    assert_eq!(complex.euler_characteristic(), euler);
-                }
-            }
-            assert!(complex.edge_count() < edges / 2);
-        }
-    }
 
     #[test]
     fn random_edits_keep_a_complex_sound() {

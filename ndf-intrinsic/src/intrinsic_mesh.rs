@@ -3,6 +3,7 @@
 use std::ops::Deref;
 
 use ndf_core::ManifoldMesh;
+use rayon::prelude::*;
 
 use crate::delta_complex::{DeltaComplex, TopologyError};
 use crate::triangle;
@@ -223,22 +224,33 @@ impl IntrinsicMesh {
     pub fn is_delaunay_edge(&self, edge: u32) -> bool {
         let h = self.edge_halfedge(edge);
         let Some(twin) = self.twin(h) else { return true };
+        if self.is_acute(h) && self.is_acute(twin) {
+            return true;
+        }
         let sum = self.cotangent(h) + self.cotangent(twin);
         // ∞ − ∞: two faces without area on one edge; no flip improves them.
         sum.is_nan() || sum >= -DELAUNAY_TOLERANCE
     }
 
+    /// Whether the angle opposite to a half-edge is at most a right one.
+    #[inline]
+    pub(crate) fn is_acute(&self, halfedge: u32) -> bool {
+        let [c, a, b] = self.sides_from(halfedge);
+        a * a + b * b >= c * c
+    }
+
     /// Share of the inner edges that are locally Delaunay.
     pub fn delaunay_fraction(&self) -> f64 {
         let inner = self.edge_count() - self.boundary_edge_count();
-        let failed = (0..self.edge_count() as u32).filter(|&e| !self.is_delaunay_edge(e)).count();
+        let edges = (0..self.edge_count() as u32).into_par_iter().with_min_len(4096);
+        let failed = edges.filter(|&e| !self.is_delaunay_edge(e)).count();
         if inner == 0 { 1.0 } else { 1.0 - failed as f64 / inner as f64 }
     }
 
     /// Whether every inner edge is locally Delaunay, hence the triangulation in its own metric (Bobenko and
     /// Springborn 2007).
     pub fn is_delaunay(&self) -> bool {
-        (0..self.edge_count() as u32).all(|e| self.is_delaunay_edge(e))
+        (0..self.edge_count() as u32).into_par_iter().with_min_len(4096).all(|e| self.is_delaunay_edge(e))
     }
 
     /// The smallest `a + b − c` over all faces, relative to `a + b + c`; negative where the triangle inequality
@@ -249,7 +261,14 @@ impl IntrinsicMesh {
             let perimeter: f64 = sides.iter().sum();
             if perimeter > 0.0 { triangle::slack(sides) / perimeter } else { 0.0 }
         };
-        (0..self.face_count() as u32).map(relative).fold(f64::INFINITY, f64::min)
+        let faces = (0..self.face_count() as u32).into_par_iter().with_min_len(4096);
+        faces.map(relative).reduce(|| f64::INFINITY, f64::min)
+    }
+
+    /// The smallest angle of all faces, in radians.
+    pub fn smallest_angle(&self) -> f64 {
+        let faces = (0..self.face_count() as u32).into_par_iter().with_min_len(4096);
+        faces.map(|f| triangle::smallest_angle(self.sides(f))).reduce(|| f64::INFINITY, f64::min)
     }
 
     /// Intrinsic mollification (Sharp and Crane 2020, §4.5): adds one length to all edges, the least for which
@@ -258,14 +277,15 @@ impl IntrinsicMesh {
         let mean = self.lengths.iter().sum::<f64>() / self.edge_count().max(1) as f64;
         // A mesh that is one point gets lengths of order one: anything but zero will do.
         let delta = threshold * if mean > 0.0 { mean } else { 1.0 };
-        let (mut added, mut faces) = (0.0_f64, 0);
-        for face in 0..self.face_count() as u32 {
+        let missing = |face: u32| {
             let missing = delta - triangle::slack(self.sides(face));
-            if missing > 0.0 {
-                added = added.max(missing);
-                faces += 1;
-            }
-        }
+            if missing > 0.0 { (missing, 1) } else { (0.0, 0) }
+        };
+        let (added, faces) = (0..self.face_count() as u32)
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(missing)
+            .reduce(|| (0.0, 0), |a, b| (f64::max(a.0, b.0), a.1 + b.1));
         if added > 0.0 {
             self.lengths.iter_mut().for_each(|l| *l += added);
         }

@@ -8,6 +8,7 @@
 //!
 //! The same input gives the same output on any number of threads.
 
+mod collapses;
 pub mod common_subdivision;
 pub mod delaunay;
 pub mod delta_complex;

@@ -4,9 +4,9 @@ use ndf_core::SurfacePoint;
 use ndf_core::sampling::FaceSample;
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
-use crate::normal_coordinates::Region;
+use crate::normal_coordinates::{Arcs, Region};
 use crate::planar::{
-    Point, barycentric_clamped, distance, dot, from_barycentric, in_frame, minus, orientation, third_corner,
+    Point, barycentric_clamped, cross, distance, dot, from_barycentric, minus, orientation, third_corner,
 };
 use crate::tracing::{Frame, Strip};
 
@@ -39,34 +39,89 @@ impl IntrinsicTriangulation<'_> {
 
     /// Where the point at parameter `t` of a half-edge lies: after how many crossings, and in which input face.
     pub(crate) fn locate_on_halfedge(&self, halfedge: u32, t: f64) -> (i32, FaceSample) {
-        let mut strip = Strip::default();
-        self.coordinates.strip(&self.base, halfedge, &mut strip);
+        let strip = self.strip_of(halfedge);
         let segment = (0..strip.crossings()).take_while(|&q| strip.crossing(q).along < t).count();
         (segment as i32, place_in_frame(&strip.frames[segment], strip.point(t)))
     }
 
+    fn strip_of(&self, halfedge: u32) -> Strip {
+        let mut strip = Strip::default();
+        self.coordinates.strip(&self.base, halfedge, &mut strip);
+        strip
+    }
+
     /// Where a point of a face lies among the curves and on the input.
     pub(crate) fn locate(&self, face: u32, barycentric: [f64; 3]) -> Located {
-        let sides = self.mesh().sides(face);
+        FaceLayout::of(self, face).locate(barycentric)
+    }
+}
+
+/// A face of the intrinsic triangulation in the plane, beside the input faces that its sides pass.
+#[derive(Clone, Debug)]
+pub(crate) struct FaceLayout {
+    corners: [Point; 3],
+    arcs: Arcs,
+    /// The strips of the sides whose crossings tell points apart.
+    strips: [Option<SideStrip>; 3],
+}
+
+/// The input faces along a side, and the motion of the plane that takes the side to where they are laid out.
+#[derive(Clone, Debug)]
+struct SideStrip {
+    strip: Strip,
+    from: Point,
+    /// Cosine and sine of the motion's turn.
+    turn: Point,
+}
+
+impl SideStrip {
+    fn along(strip: Strip, from: Point, to: Point) -> Self {
+        let direction = |a: Point, b: Point| {
+            let length = distance(a, b);
+            if length > 0.0 { minus(b, a).map(|x| x / length) } else { [1.0, 0.0] }
+        };
+        let (u, v) = (direction(from, to), direction(strip.tail, strip.tip));
+        Self { from, turn: [dot(u, v), cross(u, v)], strip }
+    }
+
+    /// The point where the strip continues into the face.
+    fn unfold(&self, point: Point) -> Point {
+        let (d, [cos, sin], tail) = (minus(point, self.from), self.turn, self.strip.tail);
+        [tail[0] + cos * d[0] - sin * d[1], tail[1] + sin * d[0] + cos * d[1]]
+    }
+
+    /// Whether an unfolded point is on the side of the start, seen from the curve that is crossing `q`. Asked of
+    /// the curve's line, not of its hits on two sides, which may be one point.
+    fn is_before(&self, q: i32, unfolded: Point) -> bool {
+        let [a, b, _] = self.strip.frames[q as usize].corners;
+        orientation(a, b, unfolded) > 0.0
+    }
+}
+
+impl FaceLayout {
+    pub(crate) fn of(triangulation: &IntrinsicTriangulation<'_>, face: u32) -> Self {
+        let sides = triangulation.mesh().sides(face);
         let (a, b) = ([0.0, 0.0], [sides[0], 0.0]);
         let corners = [a, b, third_corner(a, b, sides)];
-        let point = from_barycentric(corners, barycentric);
-        let arcs = self.coordinates.arcs_from(3 * face);
-        // Each side's strip of input faces, and the point where the strip continues into this face.
-        let unfold = |side: usize| {
-            let strip = self.strip_of(3 * face + side as u32);
-            let local = coordinates_along(corners[side], corners[(side + 1) % 3], point);
-            let unfolded = in_frame(strip.tail, strip.tip, local);
-            (strip, unfolded)
-        };
-        let needed = |side: usize| arcs.cutting[side] > 0 || arcs.emanating[(side + 2) % 3] > 0;
-        let strips = [0, 1, 2].map(|side| needed(side).then(|| unfold(side)));
-        // Whether the point is on the side of the start of `side`, seen from the curve that is its crossing `q`.
-        // Asked of the curve's line, not of its hits on two sides, which may be one point.
+        let arcs = triangulation.coordinates.arcs_from(3 * face);
+        let strips = [0, 1, 2].map(|side| {
+            let by_curves = arcs.cutting[side] > 0 || arcs.emanating[(side + 2) % 3] > 0;
+            // The central region touches the first side.
+            (by_curves || side == 0).then(|| {
+                let strip = triangulation.strip_of(3 * face + side as u32);
+                SideStrip::along(strip, corners[side], corners[(side + 1) % 3])
+            })
+        });
+        Self { corners, arcs, strips }
+    }
+
+    /// Where a point of the face lies among the curves and on the input. O(log crossings).
+    pub(crate) fn locate(&self, barycentric: [f64; 3]) -> Located {
+        let point = from_barycentric(self.corners, barycentric);
+        let arcs = &self.arcs;
         let before = |side: usize, q: i32| {
-            let (strip, unfolded) = strips[side].as_ref().expect("laid out where needed");
-            let [a, b, _] = strip.frames[q as usize].corners;
-            orientation(a, b, *unfolded) > 0.0
+            let strip = self.strip(side);
+            strip.is_before(q, strip.unfold(point))
         };
         let corner = (0..3).find(|&c| arcs.cutting[c] > 0 && before(c, arcs.cutting[c] - 1));
         let region = if let Some(c) = corner {
@@ -78,15 +133,13 @@ impl IntrinsicTriangulation<'_> {
         } else {
             arcs.central_region()
         };
-        let laid_out = strips.into_iter().nth(region.side).flatten();
-        let (strip, unfolded) = laid_out.unwrap_or_else(|| unfold(region.side));
-        Located { region, place: place_in_frame(&strip.frames[region.segment as usize], unfolded) }
+        let strip = self.strip(region.side);
+        let frame = &strip.strip.frames[region.segment as usize];
+        Located { region, place: place_in_frame(frame, strip.unfold(point)) }
     }
 
-    fn strip_of(&self, halfedge: u32) -> Strip {
-        let mut strip = Strip::default();
-        self.coordinates.strip(&self.base, halfedge, &mut strip);
-        strip
+    fn strip(&self, side: usize) -> &SideStrip {
+        self.strips[side].as_ref().expect("laid out where needed")
     }
 }
 
@@ -98,14 +151,6 @@ fn first(end: i32, holds: impl Fn(i32) -> bool) -> i32 {
         if holds(middle) { high = middle } else { low = middle + 1 }
     }
     low
-}
-
-/// Coordinates of `p` in the frame with its origin at `a` and its x axis towards `b`.
-fn coordinates_along(a: Point, b: Point, p: Point) -> Point {
-    let length = distance(a, b);
-    let u = if length > 0.0 { minus(b, a).map(|x| x / length) } else { [1.0, 0.0] };
-    let d = minus(p, a);
-    [dot(d, u), u[0] * d[1] - u[1] * d[0]]
 }
 
 /// A point of the plane as one of a face laid out there.

@@ -30,13 +30,15 @@ pub(crate) fn lerp(a: Point, b: Point, t: f64) -> Point {
 }
 
 pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    let d = minus(a, b);
+    // Not `hypot`, which takes several times as long: lengths whose squares overflow are no lengths of meshes.
+    dot(d, d).sqrt()
 }
 
 /// The point with coordinates `local` in the frame that has its origin at `a` and its x axis towards `b`.
 pub(crate) fn in_frame(a: Point, b: Point, local: Point) -> Point {
     let d = minus(b, a);
-    let length = d[0].hypot(d[1]);
+    let length = distance(a, b);
     let u = if length > 0.0 { [d[0] / length, d[1] / length] } else { [1.0, 0.0] };
     [a[0] + local[0] * u[0] - local[1] * u[1], a[1] + local[0] * u[1] + local[1] * u[0]]
 }

@@ -54,9 +54,11 @@ pub fn angle(sides: [f64; 3], corner: usize) -> f64 {
     (4.0 * area(sides)).atan2(twice_dot_opposite(sides, (corner + 1) % 3))
 }
 
-/// The smallest of the three angles, in radians.
+/// The smallest of the three angles, in radians: the one opposite to the shortest side.
 pub fn smallest_angle(sides: [f64; 3]) -> f64 {
-    angle(sides, 0).min(angle(sides, 1)).min(angle(sides, 2))
+    let [a, b, c] = sides;
+    let corner = if a <= b && a <= c { 2 } else { usize::from(c < b) };
+    angle(sides, corner)
 }
 
 /// Circumradius; ∞ in a triangle without area.

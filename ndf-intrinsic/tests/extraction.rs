@@ -57,11 +57,27 @@ fn long_edges_make_meshes_coarser_than_the_base() {
 }
 
 #[test]
-fn the_same_field_gives_the_same_mesh() {
+fn the_same_field_gives_the_same_mesh_on_any_number_of_threads() {
     let field = wavy(shapes::icosphere(2), 0.15);
-    let [a, b] = [0, 1].map(|_| extract(&field, &ExtractionOptions::new(0.08)).unwrap());
+    let [a, b] = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| extract(&field, &ExtractionOptions::new(0.03)).unwrap())
+    });
     assert_eq!(a.mesh.faces(), b.mesh.faces());
     assert_eq!(a.mesh.positions(), b.mesh.positions());
+    assert_eq!(a.intrinsic.lengths(), b.intrinsic.lengths());
+    assert_eq!(a.report, b.report);
+}
+
+#[test]
+fn stretched_spots_leave_no_long_edges() {
+    // Waves steeper than a fitted field is: chords see little of the base mesh' metric.
+    for base in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
+        let report = extract(&wavy(base, 0.3), &ExtractionOptions::new(0.03)).unwrap().report;
+        assert!(report.holds(), "{report:?}");
+        eprintln!("{report:?}");
+        assert!(report.longest_in_h < 2.0, "{report:?}");
+    }
 }
 
 #[test]
@@ -72,5 +88,7 @@ fn absurd_lengths_are_refused() {
     };
     assert_eq!(error(-1.0), ExtractionError::EdgeLength(-1.0));
     assert!(matches!(error(f64::NAN), ExtractionError::EdgeLength(_)));
-    assert_eq!(error(1e-9), ExtractionError::TooManyFaces(1000));
+    for h in [1e-9, 1e-200, f64::MIN_POSITIVE] {
+        assert_eq!(error(h), ExtractionError::TooManyFaces(1000));
+    }
 }

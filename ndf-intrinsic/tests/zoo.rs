@@ -3,9 +3,13 @@
 mod common;
 
 use common::{assert_lengths_agree, assert_sound, manifold, random_meshes, rng};
+use ndf_core::field::FieldShape;
 use ndf_core::mesh::shapes;
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
-use ndf_intrinsic::{FlipError, InsertError, IntrinsicTriangulation, RefinementOptions, RemoveError};
+use ndf_core::{DVec3, DisplacementField, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_intrinsic::{
+    ExtractionOptions, FlipError, InsertError, IntrinsicTriangulation, RefinementOptions, RemoveError,
+    extract,
+};
 use rand::RngExt;
 
 /// Flips, refines and subdivides; everything must hold afterwards.
@@ -67,6 +71,18 @@ fn slivers_as_of_marching_cubes() {
         positions[a] = positions[b].lerp(positions[a], t);
     }
     survives(&manifold(TriangleMesh::new(positions, faces).unwrap()), false);
+}
+
+#[test]
+fn decimated_meshes() {
+    for mesh in [shapes::torus(60, 30, 1.0, 0.4), shapes::cube(16), shapes::icosphere(4)] {
+        let field = DisplacementField::untrained(manifold(mesh), FieldShape::default(), 1).unwrap();
+        // Collapses only: vertices stay where they are.
+        let options = ExtractionOptions { relaxations: 0, ..ExtractionOptions::new(0.5) };
+        let decimated = extract(&field, &options).unwrap().mesh;
+        assert!(decimated.face_count() * 8 < field.base().face_count(), "{} faces", decimated.face_count());
+        survives(&decimated, true);
+    }
 }
 
 #[test]
@@ -219,11 +235,16 @@ fn sample_meshes_become_delaunay_and_reach_the_angle() {
         return;
     };
     for path in entries.map(|e| e.unwrap().path()) {
-        let Ok(file) = ndf_core::io::read_mesh(&path) else { continue };
-        let Ok(mesh) = ManifoldMesh::try_from(file.mesh) else { continue };
+        let name = path.display();
+        let file = ndf_core::io::read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
+        let mesh = ManifoldMesh::try_from(file.mesh).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
+        let report = triangulation.flip_to_delaunay();
+        assert!(!report.stopped && triangulation.mesh().is_delaunay(), "{name}: {report:?}");
         let report = triangulation.refine_delaunay(&RefinementOptions::default());
-        assert!(triangulation.mesh().is_delaunay());
-        assert!(!report.reached_cap && report.unrefined_faces == 0, "{}: {report:?}", path.display());
+        assert!(triangulation.mesh().is_delaunay(), "{name}");
+        assert!(!report.reached_cap && report.unrefined_faces == 0, "{name}: {report:?}");
+        assert!(report.min_angle_deg >= 25.0 - 1e-9, "{name}: {report:?}");
+        triangulation.mesh().check().unwrap();
     }
 }

@@ -1,7 +1,7 @@
 //! Assembly of symmetric sparse matrices from contributions of triangles.
 
-use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
+use nalgebra_sparse::{CsrMatrix, SparseEntry};
 
 /// A contribution to the entries (i, j) and (j, i); to twice the diagonal where `i = j`.
 pub(crate) type Coupling = (u32, u32, f64);
@@ -86,6 +86,15 @@ pub(crate) fn combination(a: &CsrMatrix<f64>, factor: f64, b: &CsrMatrix<f64>) -
     sum
 }
 
+/// The symmetric matrix with rows and columns in another order: row `i` is row `order[i]` of the given one, and
+/// `position` is the inverse of `order`. O(entries).
+pub(crate) fn permuted(matrix: &CsrMatrix<f64>, order: &[usize], position: &[usize]) -> CsrMatrix<f64> {
+    let diagonal: Vec<f64> =
+        order.iter().map(|&i| matrix.get_entry(i, i).map_or(0.0, SparseEntry::into_value)).collect();
+    let above = matrix.triplet_iter().filter(|(i, j, _)| i < j);
+    symmetric(&diagonal, above.map(|(i, j, &value)| (position[i] as u32, position[j] as u32, value)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,5 +108,11 @@ mod tests {
         assert_eq!(matrix.values(), [1.0, 2.0, 5.0, 2.0, 16.0, 5.0, 3.0]);
         let sum = combination(&matrix, 2.0, &symmetric(&[1.0, 2.0, 3.0], std::iter::empty()));
         assert_eq!(sum.values(), [3.0, 2.0, 5.0, 2.0, 20.0, 5.0, 9.0]);
+        let (order, position) = ([2, 0, 1], [1, 2, 0]);
+        let moved = permuted(&matrix, &order, &position);
+        for (i, j) in [(0, 0), (0, 1), (1, 2), (2, 2), (0, 2)] {
+            let entry = |matrix: &CsrMatrix<f64>, i, j| matrix.get_entry(i, j).map(SparseEntry::into_value);
+            assert_eq!(entry(&moved, i, j), entry(&matrix, order[i], order[j]));
+        }
     }
 }

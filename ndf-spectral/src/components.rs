@@ -42,6 +42,11 @@ impl Components {
         Self { of_vertex, areas }
     }
 
+    /// The same of vertices in another order: vertex `i` was `order[i]`. Numbers of components stay.
+    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+        Self { of_vertex: order.iter().map(|&v| self.of_vertex[v]).collect(), areas: self.areas.clone() }
+    }
+
     /// How many there are.
     pub fn count(&self) -> usize {
         self.areas.len()

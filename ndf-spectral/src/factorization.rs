@@ -91,6 +91,7 @@ impl Analysis {
                 Default::default(),
             )
             .map_err(|_| SpectralError::NotPositiveDefinite)?;
+        triangular::invert_triangles(self.supernodes(), &mut values);
         Ok(Cholesky { analysis: self.clone(), values })
     }
 
@@ -133,6 +134,7 @@ impl Analysis {
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     analysis: Analysis,
+    /// Trapezoids of the supernodes, their triangles [inverted](triangular::invert_triangles).
     values: Vec<f64>,
 }
 
@@ -147,31 +149,36 @@ impl Cholesky {
         self.analysis.symbolic.nrows()
     }
 
-    /// Solves for up to eight right-hand sides at once, each replaced by its solution: together they cost hardly more
-    /// than one. Reads the factor twice for every eight.
+    /// Solves for up to four right-hand sides at once, each replaced by its solution: together they cost hardly more
+    /// than one. Reads the factor twice for every four.
     ///
     /// # Panics
     /// If a length is not the number of rows.
     pub fn solve(&self, right_hand_sides: &mut [&mut [f64]]) {
         for sides in right_hand_sides.chunks_mut(WIDTH) {
             assert!(sides.iter().all(|side| side.len() == self.rows()));
+            let (order, _) = self.order();
             let mut panel = vec![Row::default(); self.rows()];
             for (c, side) in sides.iter().enumerate() {
-                panel.iter_mut().zip(side.iter()).for_each(|(row, x)| row.0[c] = *x);
+                panel.iter_mut().zip(order).for_each(|(row, &i)| row.0[c] = side[i]);
             }
-            self.solve_panel(&mut panel);
+            self.solve_in_order(&mut panel);
             for (c, side) in sides.iter_mut().enumerate() {
-                panel.iter().zip(side.iter_mut()).for_each(|(row, x)| *x = row.0[c]);
+                panel.iter().zip(order).for_each(|(row, &i)| side[i] = row.0[c]);
             }
         }
     }
 
-    /// Solves for a panel of right-hand sides, which is replaced by the solutions.
-    pub(crate) fn solve_panel(&self, panel: &mut Panel) {
-        let order = self.analysis.symbolic.perm().expect("an ordering was computed").arrays().0;
-        let mut permuted: Panel = order.iter().map(|&i| panel[i]).collect();
-        triangular::solve(self.analysis.supernodes(), &self.values, &mut permuted);
-        order.iter().zip(permuted).for_each(|(&i, row)| panel[i] = row);
+    /// Solves for a panel of right-hand sides in the [order](Self::order) of the factor, which is replaced by the
+    /// solutions.
+    pub(crate) fn solve_in_order(&self, panel: &mut Panel) {
+        triangular::solve(self.analysis.supernodes(), &self.values, panel);
+    }
+
+    /// The row of the matrix behind every row of the factor, and the inverse: the row of the factor for every row of
+    /// the matrix.
+    pub(crate) fn order(&self) -> (&[usize], &[usize]) {
+        self.analysis.symbolic.perm().expect("an ordering was computed").arrays()
     }
 }
 

@@ -1,25 +1,38 @@
 //! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
 //!
 //! The space grows by blocks: a factor is read once for a whole block of solves, which is what they cost, and blocks
-//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all before
-//! it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as computed, so that a restart is no
-//! more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric eigenvalue
-//! problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe 1980.
+//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all
+//! before it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as
+//! computed, so that a restart is no more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for
+//! large symmetric eigenvalue problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe
+//! 1980.
+//!
+//! Functions are stored in the order of the factor's rows, so that solves need not permute them.
 //!
 //! The kernel of L is known (constants on components) and kept out of the space: what remains has eigenvalues of one
 //! order of magnitude, however small the shift.
 
+use faer::Par;
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd;
+use faer::mat::Mat;
+use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::na::DMatrix;
 
+use crate::assembly::permuted;
+use crate::components::Components;
 use crate::factorization::Cholesky;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
-use crate::panel::{Panel, Row, WIDTH, add_combination, combinations, multiply, products};
+use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, products_through, transform};
 
 /// A Krylov space with the operator projected onto it.
 pub(crate) struct KrylovSpace<'a> {
-    operator: &'a LaplaceBeltrami,
     inverse: &'a Cholesky,
+    /// The mass matrix and the components in the factor's order.
+    mass: CsrMatrix<f64>,
+    components: Components,
     /// M-orthonormal functions that span the space, and the next block last.
     basis: Vec<Panel>,
     /// The operator on the span; the upper triangle is meant.
@@ -57,10 +70,12 @@ impl Ritz {
 
 impl<'a> KrylovSpace<'a> {
     /// A space without dimensions; the next block is random functions.
-    pub(crate) fn new(operator: &'a LaplaceBeltrami, inverse: &'a Cholesky) -> Self {
+    pub(crate) fn new(operator: &LaplaceBeltrami, inverse: &'a Cholesky) -> Self {
+        let (order, position) = inverse.order();
         let mut space = Self {
-            operator,
             inverse,
+            mass: permuted(operator.mass(), order, position),
+            components: operator.components().permuted(order),
             basis: Vec::new(),
             projected: DMatrix::zeros(0, 0),
             coupling: DMatrix::zeros(WIDTH, WIDTH),
@@ -90,26 +105,25 @@ impl<'a> KrylovSpace<'a> {
     /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
     /// what is but rounding in coefficients becomes large when L is applied to it.
     fn fresh_block(&mut self) -> Panel {
-        let rows = self.operator.vertex_count();
+        let rows = self.mass.nrows();
         let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
         let mut block = Panel::new();
-        multiply(self.operator.mass(), &noise, &mut block);
-        self.inverse.solve_panel(&mut block);
+        multiply(&self.mass, &noise, &mut block);
+        self.inverse.solve_in_order(&mut block);
         for _ in 0..2 {
-            self.orthogonalise(&mut block, 0);
+            self.orthogonalise(&mut block);
         }
         let mut block = vec![block];
-        orthonormalise(self.operator.mass(), &mut block, WIDTH).expect("random functions are independent");
+        orthonormalise(&self.mass, &mut block, WIDTH).expect("random functions are independent");
         block.swap_remove(0)
     }
 
-    /// Takes the means and the part along the basis, from block `first` on, from functions; returns the coefficients of
-    /// that part.
-    fn orthogonalise(&mut self, functions: &mut Panel, first: usize) -> DMatrix<f64> {
-        multiply(self.operator.mass(), functions, &mut self.massed);
-        self.operator.components().remove_means(functions, &self.massed);
-        let coefficients = products(&self.basis[first..], std::slice::from_ref(&self.massed));
-        add_combination(functions, -1.0, &self.basis[first..], &coefficients);
+    /// Takes the means and the part along the basis from functions; returns the coefficients of that part.
+    fn orthogonalise(&mut self, functions: &mut Panel) -> DMatrix<f64> {
+        multiply(&self.mass, functions, &mut self.massed);
+        self.components.remove_means(functions, &self.massed);
+        let coefficients = products(&self.basis, &self.massed);
+        add_combination(functions, -1.0, &self.basis, &coefficients);
         coefficients
     }
 
@@ -117,21 +131,23 @@ impl<'a> KrylovSpace<'a> {
     pub(crate) fn expand(&mut self) {
         let size = self.size();
         let mut image = Panel::new();
-        multiply(self.operator.mass(), &self.basis[size / WIDTH], &mut image);
-        self.inverse.solve_panel(&mut image);
-        // First the large part: along the last two blocks, but for the first image after a change of basis. Then all
-        // that rounding has left along the basis.
+        multiply(&self.mass, &self.basis[size / WIDTH], &mut image);
+        self.inverse.solve_in_order(&mut image);
+        // First the large part: along the last two blocks, but for the first image after a change of basis. Then the
+        // means and all that rounding has left along the basis.
         let first =
             if std::mem::take(&mut self.coupled_to_all) { 0 } else { self.basis.len().saturating_sub(2) };
-        let large = self.orthogonalise(&mut image, first);
-        let mut coefficients = self.orthogonalise(&mut image, 0);
+        let last = &self.basis[first..];
+        let large = products_through(&self.mass, last, std::slice::from_ref(&image));
+        add_combination(&mut image, -1.0, last, &large);
+        let mut coefficients = self.orthogonalise(&mut image);
         let mut rows = coefficients.rows_mut(first * WIDTH, large.nrows());
         rows += large;
         let grown = size + WIDTH;
         self.projected.resize_mut(grown, grown, 0.0);
         self.projected.columns_mut(size, WIDTH).copy_from(&coefficients);
         let mut image = vec![image];
-        match orthonormalise(self.operator.mass(), &mut image, WIDTH) {
+        match orthonormalise(&self.mass, &mut image, WIDTH) {
             Some(triangle) => {
                 self.basis.append(&mut image);
                 self.coupling = triangle;
@@ -149,12 +165,28 @@ impl<'a> KrylovSpace<'a> {
     /// Eigenpairs of the projected operator. O(size³).
     pub(crate) fn ritz(&self) -> Ritz {
         let size = self.size();
-        let symmetric = DMatrix::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))]);
-        let eigen = symmetric.symmetric_eigen();
-        let mut order: Vec<usize> = (0..size).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        let values = order.iter().map(|&i| eigen.eigenvalues[i]).collect();
-        let vectors = eigen.eigenvectors.select_columns(&order);
+        let symmetric = Mat::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))]);
+        let mut eigenvalues = Diag::zeros(size);
+        let mut eigenvectors = Mat::zeros(size, size);
+        let request = evd::self_adjoint_evd_scratch::<f64>(
+            size,
+            evd::ComputeEigenvectors::Yes,
+            Par::Seq,
+            Default::default(),
+        );
+        // One thread, so that results do not depend on how many there are.
+        evd::self_adjoint_evd(
+            symmetric.as_ref(),
+            eigenvalues.as_mut(),
+            Some(eigenvectors.as_mut()),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(request)),
+            Default::default(),
+        )
+        .expect("a finite symmetric matrix has eigenvectors");
+        // Ascending there, descending here.
+        let values = (0..size).rev().map(|i| eigenvalues[i]).collect();
+        let vectors = DMatrix::from_fn(size, size, |i, j| eigenvectors[(i, size - 1 - j)]);
         let remainders = &self.coupling * vectors.rows(size - WIDTH, WIDTH);
         Ritz { values, vectors, remainders }
     }
@@ -163,7 +195,7 @@ impl<'a> KrylovSpace<'a> {
     pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) {
         let keep = keep.next_multiple_of(WIDTH).min(self.size());
         let next = self.basis.pop().expect("the next block is always there");
-        self.basis = combinations(&self.basis, &ritz.vectors.columns(0, keep).into_owned());
+        transform(&mut self.basis, &ritz.vectors.columns(0, keep).into_owned());
         self.basis.push(next);
         self.projected = DMatrix::zeros(keep, keep);
         self.coupled_to_all = true;
@@ -172,15 +204,18 @@ impl<'a> KrylovSpace<'a> {
 
     /// The first `count` Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under
     /// the operator, which costs nothing here and makes residuals of Lφ = λMφ as small as those of the inverse problem
-    /// (Ericsson and Ruhe 1980, §4).
-    pub(crate) fn functions(&self, ritz: &Ritz, count: usize) -> Vec<Panel> {
+    /// (Ericsson and Ruhe 1980, §4). In the order of the vertices.
+    pub(crate) fn into_functions(mut self, ritz: &Ritz, count: usize) -> Vec<Panel> {
         let size = self.size();
         let coefficients = DMatrix::from_fn(size + WIDTH, count, |i, j| {
             if i < size { ritz.vectors[(i, j)] } else { ritz.remainders[(i - size, j)] / ritz.values[j] }
         });
-        let mut functions = combinations(&self.basis, &coefficients);
+        let mut functions = std::mem::take(&mut self.basis);
+        transform(&mut functions, &coefficients);
         // The remainders tilt the functions by no more than the residuals: the factor is all but the identity.
-        orthonormalise(self.operator.mass(), &mut functions, count).expect("Ritz functions are independent");
+        orthonormalise(&self.mass, &mut functions, count).expect("Ritz functions are independent");
+        let (_, position) = self.inverse.order();
+        functions.iter_mut().for_each(|panel| *panel = position.iter().map(|&i| panel[i]).collect());
         functions
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::na::DMatrix;
 
-use crate::panel::{Panel, WIDTH, combinations, multiply, products};
+use crate::panel::{Panel, products_through, transform};
 
 /// Makes the first `count` functions orthonormal, `W = Q R`, and returns the upper triangle R; `None` where they are
 /// dependent to half the digits. Cholesky QR, repeated where angles are small (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015).
@@ -14,9 +14,7 @@ pub(crate) fn orthonormalise(
 ) -> Option<DMatrix<f64>> {
     let mut triangle = DMatrix::identity(count, count);
     for pass in 0..2 {
-        let mut massed = vec![Panel::new(); functions.len()];
-        functions.iter().zip(&mut massed).for_each(|(panel, massed)| multiply(mass, panel, massed));
-        let gram = products(functions, &massed);
+        let gram = products_through(mass, functions, functions);
         let norms: Vec<f64> = (0..count).map(|i| gram[(i, i)].sqrt()).collect();
         // With unit columns the pivots are sines of angles, whatever the lengths.
         let correlation = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
@@ -27,10 +25,10 @@ pub(crate) fn orthonormalise(
         }
         let upper = DMatrix::from_fn(count, count, |i, j| factor[(j, i)] * norms[j]);
         let inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
-        *functions = combinations(functions, &inverse.resize(functions.len() * WIDTH, count, 0.0));
+        transform(functions, &inverse);
         triangle = upper * triangle;
         // The error is that of rounding divided by the square of the smallest sine.
-        if smallest > 0.5 {
+        if smallest > 0.1 {
             break;
         }
     }

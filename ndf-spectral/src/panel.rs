@@ -1,10 +1,12 @@
-//! Blocks of eight functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
-//! for once and eight functions share.
+//! Blocks of four functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
+//! for once and four functions share.
 //!
 //! Work is cut into slices of rows of a fixed size and their results are summed in order, so that the number of
 //! threads does not show in them.
 
 #![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
+
+use std::ops::Range;
 
 use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::na::DMatrix;
@@ -17,7 +19,7 @@ pub(crate) use crate::simd::{Row, WIDTH};
 /// Rows a thread works on at a time: slices of some dozen panels fit the second cache of a core.
 const SLICE: usize = 512;
 
-/// Eight functions.
+/// Four functions.
 pub(crate) type Panel = Vec<Row>;
 
 /// `matrix · panel`. O(entries).
@@ -54,30 +56,49 @@ impl Kernel for Multiply<'_> {
     }
 }
 
-/// `(a₁, a₂, …)ᵀ (b₁, b₂, …)`: inner products of all functions with all. O(n · functions²).
-pub(crate) fn products(a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
+/// `(a₁, a₂, …)ᵀ b`: inner products of all functions. O(n · functions).
+pub(crate) fn products(a: &[Panel], b: &[Row]) -> DMatrix<f64> {
+    summed(b.len(), |range| slice_products(a, &b[range.clone()], range))
+}
+
+/// `(a₁, a₂, …)ᵀ matrix (b₁, b₂, …)`. The products with the matrix never leave the cache. O(n · functions²).
+pub(crate) fn products_through(matrix: &CsrMatrix<f64>, a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
     let rows = b.first().map_or(0, Vec::len);
-    let shape = (a.len() * WIDTH, b.len() * WIDTH);
+    summed(rows, |range| {
+        let mut image = vec![Row::default(); range.len()];
+        let mut sums = DMatrix::zeros(a.len() * WIDTH, b.len() * WIDTH);
+        for (j, panel) in b.iter().enumerate() {
+            simd::run(Multiply { matrix, panel, first: range.start, product: &mut image });
+            let block = slice_products(a, &image, range.clone());
+            sums.columns_mut(j * WIDTH, WIDTH).copy_from(&block);
+        }
+        sums
+    })
+}
+
+/// The sum of a matrix for every slice of some rows, in the order of the slices.
+fn summed(rows: usize, slice: impl Fn(Range<usize>) -> DMatrix<f64> + Sync) -> DMatrix<f64> {
     let slices: Vec<DMatrix<f64>> = (0..rows.div_ceil(SLICE))
         .into_par_iter()
-        .map(|slice| {
-            let range = slice * SLICE..rows.min((slice + 1) * SLICE);
-            let mut sums = DMatrix::zeros(shape.0, shape.1);
-            for (j, b) in b.iter().enumerate() {
-                for (i, a) in a.iter().enumerate() {
-                    let block = simd::run(Products { a: &a[range.clone()], b: &b[range.clone()] });
-                    let mut target = sums.view_mut((i * WIDTH, j * WIDTH), (WIDTH, WIDTH));
-                    for (r, row) in block.iter().enumerate() {
-                        for (c, value) in row.0.iter().enumerate() {
-                            target[(r, c)] = *value;
-                        }
-                    }
-                }
-            }
-            sums
-        })
+        .map(|number| slice(number * SLICE..rows.min((number + 1) * SLICE)))
         .collect();
-    slices.into_iter().fold(DMatrix::zeros(shape.0, shape.1), |sum, slice| sum + slice)
+    let mut slices = slices.into_iter();
+    let first = slices.next().unwrap_or_default();
+    slices.fold(first, |sum, slice| sum + slice)
+}
+
+/// Inner products of a slice of functions with rows of others.
+fn slice_products(a: &[Panel], b: &[Row], range: Range<usize>) -> DMatrix<f64> {
+    let mut sums = DMatrix::zeros(a.len() * WIDTH, WIDTH);
+    for (i, a) in a.iter().enumerate() {
+        let block = simd::run(Products { a: &a[range.clone()], b });
+        for (r, row) in block.iter().enumerate() {
+            for (c, value) in row.0.iter().enumerate() {
+                sums[(i * WIDTH + r, c)] = *value;
+            }
+        }
+    }
+    sums
 }
 
 struct Products<'a> {
@@ -107,35 +128,49 @@ impl Kernel for Products<'_> {
 
 /// `target += factor · (a₁, a₂, …) · coefficients`. O(n · functions).
 pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &DMatrix<f64>) {
-    add_combinations(std::slice::from_mut(target), a, &(factor * coefficients));
+    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, WIDTH));
+    let blocks: Vec<[Row; WIDTH]> = (0..a.len()).map(|i| block(coefficients, i, 0, factor)).collect();
+    target.par_chunks_mut(SLICE).enumerate().for_each(|(slice, target)| {
+        for (a, block) in a.iter().zip(&blocks) {
+            let a = &a[slice * SLICE..][..target.len()];
+            simd::run(Combination { target: &mut *target, a, block });
+        }
+    });
 }
 
-/// Adds `(a₁, a₂, …) · coefficients` to the targets, slice by slice of all, so that `a` is read once.
-fn add_combinations(targets: &mut [Panel], a: &[Panel], coefficients: &DMatrix<f64>) {
-    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, targets.len() * WIDTH));
-    let block = |i: usize, j: usize| {
-        let entry = |r, c| coefficients[(i * WIDTH + r, j * WIDTH + c)];
-        std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
-    };
-    let blocks: Vec<Vec<[Row; WIDTH]>> =
-        (0..targets.len()).map(|j| (0..a.len()).map(|i| block(i, j)).collect()).collect();
+/// Block (i, j) of coefficients times a factor, zero where they end.
+fn block(coefficients: &DMatrix<f64>, i: usize, j: usize, factor: f64) -> [Row; WIDTH] {
+    let entry = |r, c| coefficients.get((i * WIDTH + r, j * WIDTH + c)).map_or(0.0, |x| factor * x);
+    std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
+}
+
+/// `(a₁, a₂, …) ← (a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, no more than there
+/// were, up to zeros at the end. In place. O(n · functions²).
+pub(crate) fn transform(a: &mut Vec<Panel>, coefficients: &DMatrix<f64>) {
+    debug_assert!(coefficients.nrows() <= a.len() * WIDTH && coefficients.ncols() <= a.len() * WIDTH);
+    let results = coefficients.ncols().div_ceil(WIDTH);
+    let column = |j| (0..a.len()).map(|i| block(coefficients, i, j, 1.0)).collect();
+    let blocks: Vec<Vec<[Row; WIDTH]>> = (0..results).map(column).collect();
     let mut slices: Vec<Vec<&mut [Row]>> = Vec::new();
-    for target in targets {
-        for (slice, rows) in target.chunks_mut(SLICE).enumerate() {
+    for panel in &mut *a {
+        for (slice, rows) in panel.chunks_mut(SLICE).enumerate() {
             if slice == slices.len() {
                 slices.push(Vec::new());
             }
             slices[slice].push(rows);
         }
     }
-    slices.into_par_iter().enumerate().for_each(|(slice, targets)| {
-        for (target, blocks) in targets.into_iter().zip(&blocks) {
-            for (a, block) in a.iter().zip(blocks) {
-                let a = &a[slice * SLICE..][..target.len()];
+    slices.into_par_iter().for_each(|mut panels| {
+        let rows = panels.first().map_or(0, |rows| rows.len());
+        let mut transformed = vec![Row::default(); rows * results];
+        for (target, blocks) in transformed.chunks_mut(rows).zip(&blocks) {
+            for (a, block) in panels.iter().zip(blocks) {
                 simd::run(Combination { target: &mut *target, a, block });
             }
         }
+        panels.iter_mut().zip(transformed.chunks(rows)).for_each(|(rows, new)| rows.copy_from_slice(new));
     });
+    a.truncate(results);
 }
 
 struct Combination<'a> {
@@ -164,19 +199,10 @@ impl Kernel for Combination<'_> {
     }
 }
 
-/// `(a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, up to zeros at the end.
-pub(crate) fn combinations(a: &[Panel], coefficients: &DMatrix<f64>) -> Vec<Panel> {
-    let rows = a.first().map_or(0, Vec::len);
-    let padded =
-        coefficients.clone().resize(a.len() * WIDTH, coefficients.ncols().next_multiple_of(WIDTH), 0.0);
-    let mut combined = vec![vec![Row::default(); rows]; padded.ncols() / WIDTH];
-    add_combinations(&mut combined, a, &padded);
-    combined
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assembly::symmetric;
     use crate::orthonormal::Random;
     use approx::assert_relative_eq;
 
@@ -192,13 +218,19 @@ mod tests {
     #[test]
     fn products_and_combinations_are_those_of_matrices() {
         let (panels, dense) = random_panels(3, 2 * SLICE + 17);
+        let rows = dense.nrows();
+        let product = dense.transpose() * dense.columns(WIDTH, 2 * WIDTH);
         assert_relative_eq!(
-            products(&panels, &panels[1..]),
-            dense.transpose() * dense.columns(WIDTH, 2 * WIDTH),
+            products(&panels, &panels[1]),
+            product.columns(0, WIDTH).into_owned(),
             epsilon = 1e-9
         );
+        let twice = symmetric(&vec![2.0; rows], std::iter::empty());
+        assert_relative_eq!(products_through(&twice, &panels, &panels[1..]), 2.0 * product, epsilon = 1e-9);
         let coefficients = DMatrix::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
-        let combined = combinations(&panels, &coefficients);
+        let mut combined = panels.clone();
+        transform(&mut combined, &coefficients);
+        assert_eq!(combined.len(), 11_usize.div_ceil(WIDTH));
         let expected = &dense * &coefficients;
         for (i, j) in [(0, 0), (5, 10), (SLICE + 1, 7), (2 * SLICE + 16, 8)] {
             assert_relative_eq!(combined[j / WIDTH][i].0[j % WIDTH], expected[(i, j)], epsilon = 1e-9);

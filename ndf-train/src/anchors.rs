@@ -15,11 +15,8 @@ use crate::terms::{PointTarget, Target};
 pub(crate) struct Anchors {
     samples: Vec<Sample>,
     targets: Vec<Target>,
-    corners: Vec<[u32; 3]>,
     objective: Objective,
     chunk: Chunk,
-    encoding_gradients: Vec<f32>,
-    feature_gradients: Vec<f32>,
 }
 
 impl Anchors {
@@ -46,20 +43,11 @@ impl Anchors {
         let (samples, targets): (Vec<Sample>, Vec<Target>) = found.into_iter().unzip();
         let objective =
             Objective { terms: vec![(weight, Arc::new(PointTarget))], lambda_c: 0.0, is_identity: false };
-        Self {
-            corners: samples.iter().map(|s| field.base().faces()[s.face as usize]).collect(),
-            encoding_gradients: vec![0.0; samples.len() * field.shape().features],
-            feature_gradients: vec![0.0; field.features().len()],
-            chunk: Chunk::new(&packed.0, &packed.1, &objective),
-            objective,
-            samples,
-            targets,
-        }
+        Self { chunk: Chunk::new(&packed.0, &packed.1, &objective), objective, samples, targets }
     }
 
-    /// Adds the gradients of the network; those of the features can then be had.
-    pub(crate) fn accumulate(&mut self, model: Model<'_>, to_theta: &mut [f32]) {
-        let d = model.encoding.dimension;
+    /// Adds the gradients of the network, and those of the features per corner of a base face.
+    pub(crate) fn accumulate(&mut self, model: Model<'_>, to_theta: &mut [f32], to_corners: &mut [f32]) {
         pulp::Arch::new().dispatch(Step {
             model,
             objective: &self.objective,
@@ -67,24 +55,10 @@ impl Anchors {
             chunk: &mut self.chunk,
             samples: &self.samples,
             targets: &self.targets,
-            encoding_gradients: &mut self.encoding_gradients,
+            origins: &[],
+            first_face: 0,
+            corner_gradients: to_corners,
         });
         self.chunk.theta_gradients.add_to(to_theta);
-        self.feature_gradients.fill(0.0);
-        if d == 0 {
-            return;
-        }
-        let anchors = self.samples.iter().zip(&self.corners);
-        for ((sample, corners), dz) in anchors.zip(self.encoding_gradients.chunks_exact(d)) {
-            for (&v, b) in corners.iter().zip(sample.barycentric) {
-                let gradient = &mut self.feature_gradients[v as usize * d..][..d];
-                gradient.iter_mut().zip(dz).for_each(|(g, dz)| *g += b * dz);
-            }
-        }
-    }
-
-    /// Gradients by all features, vertex-major.
-    pub(crate) fn feature_gradients(&self) -> &[f32] {
-        &self.feature_gradients
     }
 }

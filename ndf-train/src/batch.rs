@@ -2,7 +2,8 @@
 
 use ndf_core::projection::project_all;
 use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface};
+use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface, TriangleMesh, TriangleTree};
+use rayon::prelude::*;
 
 use crate::terms::Target;
 
@@ -23,12 +24,31 @@ impl Sample {
     }
 }
 
+/// The closest point of the base mesh to an image, and the unit vector from there to the image. Between projections
+/// the base mesh is taken as the plane through the point with this normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Origin {
+    pub(crate) point: [f32; 3],
+    pub(crate) normal: [f32; 3],
+}
+
+impl Origin {
+    const NONE: Self = Self { point: [0.0; 3], normal: [0.0; 3] };
+}
+
+/// Chunks a batch is cut into, whatever the number of threads, so that sums come out the same.
+pub(crate) const CHUNKS: usize = 32;
+
 /// Samples, ordered by face, with their targets.
 pub(crate) struct Batch {
     pub(crate) samples: Vec<Sample>,
     pub(crate) targets: Vec<Target>,
     /// Samples of face f are `face_starts[f] .. face_starts[f + 1]`.
-    pub(crate) face_starts: Vec<u32>,
+    face_starts: Vec<u32>,
+    /// Chunk k has the faces `chunk_faces[k] .. chunk_faces[k + 1]`: whole faces, about as many samples in each.
+    pub(crate) chunk_faces: [u32; CHUNKS + 1],
+    /// Closest points of the base mesh to the images, where the reverse map asks for them; else none.
+    pub(crate) origins: Vec<Origin>,
     /// Hint of the last foot of every sample.
     pub(crate) hints: Vec<Hint>,
     queries: Vec<Query>,
@@ -41,6 +61,8 @@ impl Batch {
             samples: vec![Sample { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
             targets: vec![Target::NONE; samples],
             face_starts: vec![0; faces + 1],
+            chunk_faces: [0; CHUNKS + 1],
+            origins: Vec::new(),
             hints: vec![Hint::NONE; samples],
             queries: vec![Query::at(DVec3::ZERO); samples],
             feet: vec![Err(Miss::OutOfReach); samples],
@@ -60,6 +82,21 @@ impl Batch {
             }
             self.face_starts[f as usize] = next as u32;
         }
+        for (k, first) in self.chunk_faces.iter_mut().enumerate() {
+            let sample = (k * self.samples.len() / CHUNKS) as u32;
+            *first = self.face_starts.partition_point(|&start| start < sample) as u32;
+        }
+        self.chunk_faces[CHUNKS] = faces;
+    }
+
+    /// Whether samples have been drawn.
+    pub(crate) fn is_drawn(&self) -> bool {
+        self.face_starts.last() != Some(&0)
+    }
+
+    /// Samples of these faces.
+    pub(crate) fn samples_of(&self, faces: std::ops::Range<u32>) -> std::ops::Range<usize> {
+        self.face_starts[faces.start as usize] as usize..self.face_starts[faces.end as usize] as usize
     }
 
     /// Takes the samples' own places as targets.
@@ -98,6 +135,18 @@ impl Batch {
                 Target { foot: single(p), normal: single(normal), surface_normal: single(foot.normal) }
             });
         }
+    }
+
+    /// Finds the closest points of the base mesh to the images.
+    pub(crate) fn find_origins(&mut self, base: &TriangleMesh, tree: &TriangleTree, images: &[DVec3]) {
+        self.origins.resize(images.len(), Origin::NONE);
+        let samples = self.samples.par_iter().zip(images);
+        self.origins.par_iter_mut().zip(samples).with_min_len(256).for_each(|(origin, (sample, &y))| {
+            *origin = tree.closest_point(y, Hint(sample.face)).map_or(Origin::NONE, |closest| {
+                let normal = (y - closest.point).try_normalize().unwrap_or(base.face_normal(closest.face));
+                Origin { point: closest.point.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
+            });
+        });
     }
 
     /// Share of the samples that have a target.

@@ -19,6 +19,6 @@ pub mod terms;
 mod trainer;
 
 pub use fit::{Fit, FitReport, Hooks, LogRecord, fit, train};
-pub use settings::{Schedule, Settings};
+pub use settings::{ReverseMap, Schedule, Settings};
 pub use state::{Checkpoint, CheckpointError};
 pub use trainer::{EpochLosses, TrainError, Trainer};

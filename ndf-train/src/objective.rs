@@ -38,9 +38,4 @@ impl Objective {
     pub(crate) fn needs_tangents(&self) -> bool {
         self.terms.iter().any(|(_, term)| term.needs_tangents())
     }
-
-    /// Encodings per sample that have a gradient: z, and its two tangents where a term needs them.
-    pub(crate) fn encodings(&self) -> usize {
-        if self.needs_tangents() { 3 } else { 1 }
-    }
 }

@@ -1,5 +1,7 @@
 //! Adam (Kingma & Ba 2015).
 
+use rayon::prelude::*;
+
 const BETA_1: f32 = 0.9;
 const BETA_2: f32 = 0.999;
 const EPSILON: f32 = 1e-8;
@@ -65,6 +67,74 @@ impl Moments {
         let moments = self.first.iter_mut().zip(&mut self.second);
         for ((p, g), (m, v)) in parameters.iter_mut().zip(gradients).zip(moments) {
             step.update(p, m, v, *g);
+        }
+    }
+}
+
+/// A step for all features: gathers the gradients of every vertex from its corners and moves its features.
+pub(crate) struct FeatureUpdate<'a> {
+    pub(crate) step: AdamStep,
+    /// Features a vertex.
+    pub(crate) dimension: usize,
+    /// Corners of every vertex: `3 f + c` for its corner c of face f.
+    pub(crate) incident: &'a [Vec<u32>],
+    /// `dimension` floats a corner.
+    pub(crate) corner_gradients: &'a [f32],
+}
+
+/// Vertices a thread takes at a time.
+const VERTICES: usize = 256;
+
+impl FeatureUpdate<'_> {
+    /// Moves `features`, vertex-major; `first` and `second` are their moments.
+    pub(crate) fn apply(&self, features: &mut [f32], first: &mut [f32], second: &mut [f32]) {
+        let floats = VERTICES * self.dimension;
+        let parts = features.par_chunks_mut(floats).zip(self.incident.par_chunks(VERTICES));
+        let moments = first.par_chunks_mut(floats).zip(second.par_chunks_mut(floats));
+        let arch = pulp::Arch::new();
+        parts.zip(moments).for_each(|((features, incident), (first, second))| {
+            arch.dispatch(|| {
+                let d = self.dimension;
+                let vertices = features.chunks_exact_mut(d).zip(incident);
+                let moments = first.chunks_exact_mut(d).zip(second.chunks_exact_mut(d));
+                for ((features, incident), (first, second)) in vertices.zip(moments) {
+                    self.vertex(features, first, second, incident);
+                }
+            });
+        });
+    }
+
+    /// Moves the features of one vertex, in groups of eight and single ones at the end.
+    #[inline(always)]
+    fn vertex(&self, features: &mut [f32], first: &mut [f32], second: &mut [f32], incident: &[u32]) {
+        let whole = self.dimension - self.dimension % 8;
+        for k in (0..whole).step_by(8) {
+            self.group::<8>(features, first, second, incident, k);
+        }
+        for k in whole..self.dimension {
+            self.group::<1>(features, first, second, incident, k);
+        }
+    }
+
+    #[inline(always)]
+    fn group<const N: usize>(
+        &self,
+        features: &mut [f32],
+        first: &mut [f32],
+        second: &mut [f32],
+        incident: &[u32],
+        k: usize,
+    ) {
+        let mut gradient = [0.0; N];
+        for &corner in incident {
+            let from = &self.corner_gradients[corner as usize * self.dimension + k..][..N];
+            for (to, from) in gradient.iter_mut().zip(from) {
+                *to += from;
+            }
+        }
+        let moments = first[k..][..N].iter_mut().zip(&mut second[k..][..N]);
+        for ((feature, gradient), (m, v)) in features[k..][..N].iter_mut().zip(gradient).zip(moments) {
+            self.step.update(feature, m, v, gradient);
         }
     }
 }

@@ -27,12 +27,28 @@ impl Schedule {
     }
 }
 
+/// What the network of the reverse map g_φ is added to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReverseMap {
+    /// Nothing: `g_φ(y) = MLP([y, PE(y)])`.
+    Plain,
+    /// The point itself: `g_φ(y) = y + MLP([y, PE(y)])`.
+    Residual,
+    /// The closest point of the base mesh: `g_φ(y) = p(y) + MLP([y, PE(y)])`. What is left to the network is how far g
+    /// slides along the surface; the distance between surface and base mesh, which it can hardly know, is not.
+    #[default]
+    ClosestPoint,
+}
+
 /// All settings of a training run. The result is a function of these, the base mesh and the surface alone: the
 /// number of threads does not matter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Sizes of the field.
     pub field: FieldShape,
+    /// Form of the reverse map g_φ.
+    pub reverse_map: ReverseMap,
     /// Octaves of positional encoding of the reverse map g_φ.
     pub reverse_octaves: usize,
     /// Passes over a batch.
@@ -70,6 +86,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             field: FieldShape::default(),
+            reverse_map: ReverseMap::ClosestPoint,
             reverse_octaves: 8,
             epochs: 6_000,
             samples: 8_192,
@@ -95,6 +112,7 @@ impl Settings {
     pub fn paper() -> Self {
         Self {
             field: FieldShape { residual: false, ..FieldShape::default() },
+            reverse_map: ReverseMap::Plain,
             epochs: 10_000,
             samples: 32_768,
             rate: Schedule::constant(1e-3),
@@ -110,6 +128,7 @@ impl Settings {
             inputs: 3 + encoding::width(self.reverse_octaves),
             hidden: self.field.hidden.clone(),
             outputs: 3,
+            activation: self.field.activation,
         }
     }
 
@@ -139,7 +158,7 @@ impl Settings {
             s if s.field.hidden.iter().any(|&w| w == 0 || w > 4096) => {
                 Some("hidden layers have 1 to 4096 neurons")
             }
-            _ if octaves > 20 => Some("more than 20 octaves are beyond single precision"),
+            _ if octaves > encoding::MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
             _ => None,
         }
     }

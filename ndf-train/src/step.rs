@@ -1,19 +1,21 @@
 //! One chunk of an epoch: samples through g_θ and g_φ, losses, and all the way back.
 //!
 //! Everything of a block of [`BLOCK`] samples stays in the first-level cache. Gradients of the networks
-//! accumulate per chunk; the gradients by the encodings z and their tangents are written out per sample, and summed
-//! per vertex afterwards.
+//! accumulate per chunk. Samples come ordered by face, and a face belongs to one chunk: the gradients by the features
+//! are summed per corner of a face here, and per vertex by the optimiser.
 
 use ndf_core::field::SampleEncoding;
+use ndf_core::field::sample_encoding::add_scaled_row;
 use ndf_core::network::backward::InputGradient;
 use ndf_core::network::{
     Activations, BLOCK, Gradients, Packed, backward, backward_tangent, encoding, forward, forward_tangent,
 };
 use pulp::{Simd, WithSimd};
 
-use crate::batch::Sample;
+use crate::batch::{Origin, Sample};
 use crate::objective::Objective;
-use crate::terms::{SampleGradients, Samples, Target};
+use crate::settings::ReverseMap;
+use crate::terms::{SampleGradients, Samples, Target, dot};
 
 /// A chunk's own memory, kept from epoch to epoch.
 pub(crate) struct Chunk {
@@ -43,6 +45,16 @@ impl Chunk {
     }
 }
 
+impl Chunk {
+    /// Adds the sums of another chunk.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.theta_gradients.add(&other.theta_gradients);
+        self.phi_gradients.add(&other.phi_gradients);
+        self.terms.iter_mut().zip(&other.terms).for_each(|(to, from)| *to += from);
+        self.cycle += other.cycle;
+    }
+}
+
 /// The networks as they are in this epoch.
 #[derive(Clone, Copy)]
 pub(crate) struct Model<'a> {
@@ -51,6 +63,7 @@ pub(crate) struct Model<'a> {
     pub(crate) frames: &'a [[[f32; 3]; 2]],
     pub(crate) theta: &'a Packed,
     pub(crate) phi: &'a Packed,
+    pub(crate) reverse_map: ReverseMap,
     pub(crate) reverse_octaves: usize,
     pub(crate) residual: bool,
 }
@@ -64,9 +77,12 @@ pub(crate) struct Step<'a> {
     pub(crate) chunk: &'a mut Chunk,
     pub(crate) samples: &'a [Sample],
     pub(crate) targets: &'a [Target],
-    /// Receives, for every sample, the derivative of the objective by z, and by both tangents of z if there are any:
-    /// [`Objective::encodings`] times d floats each.
-    pub(crate) encoding_gradients: &'a mut [f32],
+    /// Of every sample, where the reverse map is [`ReverseMap::ClosestPoint`]; else empty.
+    pub(crate) origins: &'a [Origin],
+    /// The face whose corners come first in `corner_gradients`.
+    pub(crate) first_face: u32,
+    /// Derivatives of the objective by the features of the corners of faces, to be added to: 3 d floats a face.
+    pub(crate) corner_gradients: &'a mut [f32],
 }
 
 impl WithSimd for Step<'_> {
@@ -74,23 +90,22 @@ impl WithSimd for Step<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { model, objective, share, chunk, samples, targets, encoding_gradients } = self;
+        let Self { model, objective, share, chunk, samples, targets, origins, first_face, corner_gradients } =
+            self;
         chunk.theta_gradients.clear();
         chunk.phi_gradients.clear();
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
-        let width = objective.encodings() * model.encoding.dimension;
-        let mut rest = encoding_gradients;
-        for (samples, targets) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)) {
-            let (dz, after) = rest.split_at_mut(width * samples.len());
-            rest = after;
-            let mut block = Block::new(samples, targets);
+        let mut corners = CornerGradients { first_face, by_corner: corner_gradients, model: &model };
+        for (b, (samples, targets)) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)).enumerate() {
+            let origins = origins.get(b * BLOCK..).unwrap_or_default();
+            let mut block = Block::new(samples, targets, origins);
             block.forward(simd, &model, chunk);
             block.terms(objective, share, chunk);
             if objective.lambda_c > 0.0 {
                 block.cycle(simd, &model, chunk, objective.lambda_c * share, objective.is_identity);
             }
-            block.backward(simd, &model, chunk, dz);
+            block.backward(simd, &model, chunk, &mut corners);
         }
     }
 }
@@ -99,6 +114,7 @@ impl WithSimd for Step<'_> {
 struct Block<'a> {
     samples: &'a [Sample],
     targets: &'a [Target],
+    origins: &'a [Origin],
     x: [[f32; 3]; BLOCK],
     y: [[f32; 3]; BLOCK],
     tangents: [[[f32; 3]; BLOCK]; 2],
@@ -108,9 +124,18 @@ struct Block<'a> {
 
 impl<'a> Block<'a> {
     #[inline(always)]
-    fn new(samples: &'a [Sample], targets: &'a [Target]) -> Self {
+    fn new(samples: &'a [Sample], targets: &'a [Target], origins: &'a [Origin]) -> Self {
         let zero = [[0.0; 3]; BLOCK];
-        Self { samples, targets, x: zero, y: zero, tangents: [zero; 2], dy: zero, dtangents: [zero; 2] }
+        Self {
+            samples,
+            targets,
+            origins,
+            x: zero,
+            y: zero,
+            tangents: [zero; 2],
+            dy: zero,
+            dtangents: [zero; 2],
+        }
     }
 
     #[inline(always)]
@@ -118,7 +143,7 @@ impl<'a> Block<'a> {
         let stride = chunk.theta.input_stride();
         let rows = chunk.theta.input_mut().chunks_exact_mut(stride);
         for ((sample, row), x) in self.samples.iter().zip(rows).zip(&mut self.x) {
-            *x = model.encoding.encode(sample.face, sample.barycentric, row);
+            *x = model.encoding.encode(simd, sample.face, sample.barycentric, row);
         }
         forward(simd, model.theta, &mut chunk.theta);
         let outputs = chunk.theta.output().chunks_exact(chunk.theta.output_stride());
@@ -130,11 +155,18 @@ impl<'a> Block<'a> {
         let Some(tangents) = &mut chunk.theta_tangents else { return };
         let d = model.encoding.dimension;
         for (k, activations) in tangents.iter_mut().enumerate() {
-            let rows = chunk.theta.input().chunks_exact(stride);
-            let tangent_rows = activations.input_mut().chunks_exact_mut(stride);
-            for (sample, (row, tangent)) in self.samples.iter().zip(rows.zip(tangent_rows)) {
+            let mut last_face = None;
+            for (s, sample) in self.samples.iter().enumerate() {
+                let (before, tangent) = activations.input_mut().split_at_mut(s * stride);
+                if model.encoding.octaves == 0 && last_face == Some(sample.face) {
+                    // The derivative of linear functions: the same all over the face.
+                    tangent[..stride].copy_from_slice(&before[before.len() - stride..]);
+                    continue;
+                }
+                last_face = Some(sample.face);
+                let row = &chunk.theta.input()[s * stride..][..stride];
                 let direction = model.frames[sample.face as usize][k];
-                model.encoding.encode_tangent(sample.face, direction, row, tangent);
+                model.encoding.encode_tangent(sample.face, direction, row, &mut tangent[..stride]);
             }
             forward_tangent(simd, model.theta, &chunk.theta, activations);
             let outputs = activations.output().chunks_exact(activations.output_stride());
@@ -180,26 +212,40 @@ impl<'a> Block<'a> {
         let n = self.samples.len();
         let inputs = if is_identity { &self.x } else { &self.y };
         let stride = chunk.phi.input_stride();
-        let rows = chunk.phi.input_mut().chunks_exact_mut(stride);
-        for (row, y) in rows.zip(inputs).take(n) {
+        for (row, y) in chunk.phi.input_mut().chunks_exact_mut(stride).zip(inputs).take(n) {
             row[..3].copy_from_slice(y);
-            encoding::encode(*y, model.reverse_octaves, &mut row[3..]);
         }
+        let rows = &mut chunk.phi.input_mut()[3..];
+        encoding::encode_rows(simd, &inputs[..n], model.reverse_octaves, rows, stride);
         forward(simd, model.phi, &mut chunk.phi);
         let out_stride = chunk.phi.output_stride();
         let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
         let mut sum = 0.0;
         for (s, (delta, out)) in deltas.zip(chunk.phi.output().chunks_exact(out_stride)).enumerate() {
+            delta[..3].fill(0.0);
+            if s >= n {
+                continue;
+            }
+            let y = inputs[s];
+            // What the network is added to, and the direction in which that does not follow y.
+            let (start, still) = match (model.reverse_map, self.origins.get(s)) {
+                (ReverseMap::Plain, _) => ([0.0; 3], None),
+                (ReverseMap::ClosestPoint, Some(Origin { point, normal })) if !is_identity => {
+                    let away = [y[0] - point[0], y[1] - point[1], y[2] - point[2]];
+                    let height = dot(*normal, away);
+                    ([0, 1, 2].map(|c| y[c] - height * normal[c]), Some(*normal))
+                }
+                (ReverseMap::ClosestPoint | ReverseMap::Residual, _) => (y, Some([0.0; 3])),
+            };
+            let r = [0, 1, 2].map(|c| start[c] + out[c] - self.x[s][c]);
+            sum += dot(r, r);
             for c in 0..3 {
-                delta[c] = 0.0;
-                if s < n {
-                    let back = if model.residual { inputs[s][c] + out[c] } else { out[c] };
-                    let r = back - self.x[s][c];
-                    sum += r * r;
-                    delta[c] = 2.0 * weight * r;
-                    if model.residual && !is_identity {
-                        self.dy[s][c] += delta[c];
-                    }
+                delta[c] = 2.0 * weight * r[c];
+            }
+            if let (Some(still), false) = (still, is_identity) {
+                let along = 2.0 * weight * dot(still, r);
+                for c in 0..3 {
+                    self.dy[s][c] += delta[c] - along * still[c];
                 }
             }
         }
@@ -220,19 +266,59 @@ impl<'a> Block<'a> {
     }
 
     #[inline(always)]
-    fn backward<S: Simd>(&self, simd: S, model: &Model<'_>, chunk: &mut Chunk, dz: &mut [f32]) {
-        let d = model.encoding.dimension;
-        let n = self.samples.len();
-        let encodings = if chunk.theta_tangents.is_some() { 3 } else { 1 };
-        set_rows(&mut chunk.theta_gradients, &self.dy, n, chunk.theta.output_stride());
-        backward(simd, model.theta, &chunk.theta, &mut chunk.theta_gradients, InputGradient::Wanted);
-        take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 0);
-        let Some(tangents) = &chunk.theta_tangents else { return };
-        for (k, activations) in tangents.iter().enumerate() {
-            set_rows(&mut chunk.theta_gradients, &self.dtangents[k], n, chunk.theta.output_stride());
-            let gradients = &mut chunk.theta_gradients;
-            backward_tangent(simd, model.theta, &chunk.theta, activations, gradients, InputGradient::Wanted);
-            take_rows(&chunk.theta_gradients, chunk.theta.input_stride(), d, dz, encodings, 1 + k);
+    fn backward<S: Simd>(
+        &self,
+        simd: S,
+        model: &Model<'_>,
+        chunk: &mut Chunk,
+        corners: &mut CornerGradients<'_>,
+    ) {
+        let gradients = &mut chunk.theta_gradients;
+        let (stride, out_stride) = (chunk.theta.input_stride(), chunk.theta.output_stride());
+        for (k, tangent) in chunk.theta_tangents.iter().flatten().enumerate() {
+            if self.dtangents[k].as_flattened().iter().all(|&d| d == 0.0) {
+                // Terms that only look at tangents: there is nothing to carry back.
+                continue;
+            }
+            set_rows(gradients, &self.dtangents[k], self.samples.len(), out_stride);
+            backward_tangent(simd, model.theta, &chunk.theta, tangent, gradients, InputGradient::Wanted);
+            corners
+                .add(self.samples, gradients.input(), stride, |sample| model.frames[sample.face as usize][k]);
+        }
+        set_rows(gradients, &self.dy, self.samples.len(), out_stride);
+        backward(simd, model.theta, &chunk.theta, gradients, InputGradient::Wanted);
+        corners.add(self.samples, gradients.input(), stride, |sample| sample.barycentric);
+    }
+}
+
+/// Sums of the gradients by the features, corner by corner.
+struct CornerGradients<'a> {
+    first_face: u32,
+    by_corner: &'a mut [f32],
+    model: &'a Model<'a>,
+}
+
+impl CornerGradients<'_> {
+    /// Adds the derivatives by the interpolated features, which begin the rows, times the weights of the corners.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        samples: &[Sample],
+        rows: &[f32],
+        stride: usize,
+        weights: impl Fn(&Sample) -> [f32; 3],
+    ) {
+        let d = self.model.encoding.dimension;
+        if d == 0 {
+            return;
+        }
+        for (sample, row) in samples.iter().zip(rows.chunks_exact(stride)) {
+            let face = (sample.face - self.first_face) as usize;
+            let (a, others) = self.by_corner[3 * face * d..][..3 * d].split_at_mut(d);
+            let (b, c) = others.split_at_mut(d);
+            for (corner, weight) in [a, b, c].into_iter().zip(weights(sample)) {
+                add_scaled_row(corner, weight, &row[..d]);
+            }
         }
     }
 }
@@ -243,16 +329,5 @@ fn set_rows(gradients: &mut Gradients, values: &[[f32; 3]; BLOCK], count: usize,
     let rows = gradients.output_mut().chunks_exact_mut(stride);
     for (s, (row, value)) in rows.zip(values).enumerate() {
         row[..3].copy_from_slice(if s < count { value } else { &[0.0; 3] });
-    }
-}
-
-/// Takes the derivative by the first `d` inputs of every row as encoding number `which` of its sample.
-#[inline(always)]
-fn take_rows(gradients: &Gradients, stride: usize, d: usize, dz: &mut [f32], encodings: usize, which: usize) {
-    if d > 0 {
-        let rows = gradients.input().chunks_exact(stride);
-        for (dz, row) in dz.chunks_exact_mut(encodings * d).zip(rows) {
-            dz[which * d..][..d].copy_from_slice(&row[..d]);
-        }
     }
 }

@@ -6,22 +6,20 @@ use std::time::{Duration, Instant};
 use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
 use ndf_core::network::{Mlp, Packed};
 use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface};
+use ndf_core::{
+    DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface, TriangleTree,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rayon::prelude::*;
 
 use crate::anchors::Anchors;
-use crate::batch::{Batch, Sample};
+use crate::batch::{Batch, CHUNKS, Sample};
 use crate::objective::Objective;
-use crate::optimiser::{AdamStep, Moments};
-use crate::settings::Settings;
+use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
+use crate::settings::{ReverseMap, Settings};
 use crate::state::{Checkpoint, State};
 use crate::step::{Chunk, Model, Step};
 use crate::terms::LossTerm;
-
-/// Chunks an epoch is cut into, whatever the number of threads, so that sums come out the same.
-const CHUNKS: usize = 32;
 
 /// Stream of random numbers of the identity stage; batches count up from 0.
 const IDENTITY_STREAM: u64 = u64::MAX - 1;
@@ -94,8 +92,11 @@ pub struct Trainer<'a> {
     packed: (Packed, Packed),
     gradients: (Vec<f32>, Vec<f32>),
     batch: Batch,
-    encoding_gradients: Vec<f32>,
+    /// Derivatives by the features, 3 d floats a base face: d for each of its corners.
+    corner_gradients: Vec<f32>,
     chunks: Vec<Chunk>,
+    /// Of the base mesh, where the reverse map asks for its closest points.
+    base_tree: Option<TriangleTree>,
     term_means: Vec<(&'static str, f64)>,
     pub(crate) started: Instant,
     pub(crate) projecting: Duration,
@@ -119,10 +120,11 @@ impl<'a> Trainer<'a> {
         let base = base.with_positions(normalised);
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
-        let phi = if settings.field.residual {
-            Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
-        } else {
-            Mlp::kaiming(settings.reverse_network(), &mut rng)
+        let phi = match settings.reverse_map {
+            ReverseMap::Plain => Mlp::kaiming(settings.reverse_network(), &mut rng),
+            ReverseMap::Residual | ReverseMap::ClosestPoint => {
+                Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
+            }
         };
         let (features, theta) = (start.features().to_vec(), start.network().clone());
         let groups = [features.len(), theta.parameters().len(), phi.parameters().len()];
@@ -179,8 +181,10 @@ impl<'a> Trainer<'a> {
             packed,
             gradients,
             batch: Batch::new(settings.samples, base.face_count()),
-            encoding_gradients: Vec::new(),
+            corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.features],
             chunks: Vec::new(),
+            base_tree: (settings.reverse_map == ReverseMap::ClosestPoint && settings.lambda_c > 0.0)
+                .then(|| TriangleTree::new(base.as_triangle_mesh())),
             term_means: Vec::new(),
             start,
             settings: settings.clone(),
@@ -235,8 +239,6 @@ impl<'a> Trainer<'a> {
 
     /// Room for gradients, as the objective asks for it.
     fn make_room(&mut self) {
-        let width = self.objective.encodings() * self.settings.field.features;
-        self.encoding_gradients = vec![0.0; self.settings.samples * width];
         let (theta, phi) = &self.packed;
         self.chunks = (0..CHUNKS).map(|_| Chunk::new(theta, phi, &self.objective)).collect();
         self.term_means = self.objective.terms.iter().map(|(_, term)| (term.name(), 0.0)).collect();
@@ -293,8 +295,7 @@ impl<'a> Trainer<'a> {
 
     /// An epoch of the identity stage: one batch throughout, whose points are their own targets.
     fn begin_identity(&mut self) {
-        let is_drawn = self.batch.face_starts.last() != Some(&0);
-        if !is_drawn {
+        if !self.batch.is_drawn() {
             self.batch.resample(&self.sampler, self.settings.seed, IDENTITY_STREAM);
             let base = self.start.base().as_triangle_mesh();
             let places: Vec<DVec3> = self.batch.samples.iter().map(|s| s.on_face().position(base)).collect();
@@ -327,8 +328,11 @@ impl<'a> Trainer<'a> {
         // send it to the far side of the surface and keep it folded.
         let base = self.start.base().as_triangle_mesh();
         let guides = samples.iter().map(|s| base.face_normal(s.face));
-        let surface = self.surface_now();
-        self.batch.project(surface, &self.similarity, field.map(&samples).into_iter().zip(guides));
+        let images = field.map(&samples);
+        if let Some(tree) = &self.base_tree {
+            self.batch.find_origins(base, tree, &images);
+        }
+        self.batch.project(self.surface_now(), &self.similarity, images.into_iter().zip(guides));
         self.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
         if share < 1.0 { Err(TrainError::OutOfReach { share }) } else { Ok(()) }
@@ -350,38 +354,33 @@ impl<'a> Trainer<'a> {
             frames: &self.frames,
             theta: &self.packed.0,
             phi: &self.packed.1,
+            reverse_map: settings.reverse_map,
             reverse_octaves: settings.reverse_octaves,
             residual: settings.field.residual,
         };
-        let size = settings.samples.div_ceil(CHUNKS);
-        let width = self.objective.encodings() * settings.field.features;
-        // Without features there is nothing to write; every chunk then gets an empty slice.
-        let mut parts: Vec<&mut [f32]> = if width > 0 {
-            self.encoding_gradients.chunks_mut(size * width).collect()
-        } else {
-            std::iter::repeat_with(|| &mut [][..]).take(CHUNKS).collect()
+        let epoch = Epoch {
+            model,
+            objective: &self.objective,
+            share: 1.0 / settings.samples as f32,
+            batch: &self.batch,
+            arch: pulp::Arch::new(),
         };
-        let work = self.batch.samples.par_chunks(size).zip(self.batch.targets.par_chunks(size));
-        let arch = pulp::Arch::new();
-        let (objective, share) = (&self.objective, 1.0 / settings.samples as f32);
-        self.chunks.par_iter_mut().zip(work).zip(&mut parts).for_each(|((chunk, (samples, targets)), dz)| {
-            arch.dispatch(Step { model, objective, share, chunk, samples, targets, encoding_gradients: dz });
-        });
+        epoch.run(0, &mut self.chunks, &mut self.corner_gradients);
+        let (sum, others) = self.chunks.split_first_mut().expect("there are chunks");
+        for chunk in others {
+            sum.add(chunk);
+        }
         let (to_theta, to_phi) = (&mut self.gradients.0, &mut self.gradients.1);
         to_theta.fill(0.0);
         to_phi.fill(0.0);
-        let mut cycle = 0.0;
-        self.term_means.iter_mut().for_each(|(_, mean)| *mean = 0.0);
-        for chunk in &self.chunks[..settings.samples.div_ceil(size)] {
-            chunk.theta_gradients.add_to(to_theta);
-            chunk.phi_gradients.add_to(to_phi);
-            cycle += chunk.cycle / settings.samples as f64;
-            for ((_, mean), sum) in self.term_means.iter_mut().zip(&chunk.terms) {
-                *mean += sum / settings.samples as f64;
-            }
+        sum.theta_gradients.add_to(to_theta);
+        sum.phi_gradients.add_to(to_phi);
+        for ((_, mean), sum) in self.term_means.iter_mut().zip(&sum.terms) {
+            *mean = sum / settings.samples as f64;
         }
+        let cycle = sum.cycle / settings.samples as f64;
         if let (Some(anchors), None) = (&mut self.anchors, &self.waiting) {
-            anchors.accumulate(model, to_theta);
+            anchors.accumulate(model, to_theta, &mut self.corner_gradients);
         }
         cycle
     }
@@ -401,37 +400,14 @@ impl<'a> Trainer<'a> {
         if d == 0 {
             return;
         }
-        let step = step.scaled(settings.feature_rate);
-        let encodings = self.objective.encodings();
         let (first, second) = of_features.parts_mut();
-        let (samples, starts, frames) = (&self.batch.samples, &self.batch.face_starts, &self.frames);
-        let dz = &self.encoding_gradients;
-        let anchors =
-            self.anchors.as_ref().filter(|_| self.waiting.is_none()).map(Anchors::feature_gradients);
-        let vertices = self.state.features.par_chunks_mut(d).zip(&self.incident).enumerate();
-        let moments = first.par_chunks_mut(d).zip(second.par_chunks_mut(d));
-        vertices.zip(moments).with_min_len(64).for_each_init(
-            || vec![0.0; d],
-            |gradient, ((v, (features, incident)), (first, second))| {
-                match anchors {
-                    Some(anchors) => gradient.copy_from_slice(&anchors[v * d..][..d]),
-                    None => gradient.fill(0.0),
-                }
-                for &corner in incident {
-                    let (f, c) = (corner as usize / 3, corner as usize % 3);
-                    for s in starts[f] as usize..starts[f + 1] as usize {
-                        let factors = [samples[s].barycentric[c], frames[f][0][c], frames[f][1][c]];
-                        let dz = dz[s * encodings * d..][..encodings * d].chunks_exact(d);
-                        for (factor, dz) in factors.into_iter().zip(dz) {
-                            gradient.iter_mut().zip(dz).for_each(|(g, dz)| *g += factor * dz);
-                        }
-                    }
-                }
-                for k in 0..d {
-                    step.update(&mut features[k], &mut first[k], &mut second[k], gradient[k]);
-                }
-            },
-        );
+        FeatureUpdate {
+            step: step.scaled(settings.feature_rate),
+            dimension: d,
+            incident: &self.incident,
+            corner_gradients: &self.corner_gradients,
+        }
+        .apply(&mut self.state.features, first, second);
     }
 
     /// The field as learned so far.
@@ -476,6 +452,43 @@ impl<'a> Trainer<'a> {
             flipped += usize::from(mapped.normal().dot(normal) < 0.0);
         }
         Ok(flipped as f64 / hits.max(1) as f64)
+    }
+}
+
+/// What all chunks of an epoch share.
+struct Epoch<'a> {
+    model: Model<'a>,
+    objective: &'a Objective,
+    share: f32,
+    batch: &'a Batch,
+    arch: pulp::Arch,
+}
+
+impl Epoch<'_> {
+    /// Runs the chunks from number `first` on, over all threads; `corner_gradients` begins with the first's faces.
+    fn run(&self, first: usize, chunks: &mut [Chunk], corner_gradients: &mut [f32]) {
+        let faces = |k: usize| self.batch.chunk_faces[k];
+        if let [chunk] = chunks {
+            corner_gradients.fill(0.0);
+            let samples = self.batch.samples_of(faces(first)..faces(first + 1));
+            self.arch.dispatch(Step {
+                model: self.model,
+                objective: self.objective,
+                share: self.share,
+                chunk,
+                samples: &self.batch.samples[samples.clone()],
+                targets: &self.batch.targets[samples.clone()],
+                origins: self.batch.origins.get(samples).unwrap_or_default(),
+                first_face: faces(first),
+                corner_gradients,
+            });
+            return;
+        }
+        let half = chunks.len() / 2;
+        let (left, right) = chunks.split_at_mut(half);
+        let floats = (faces(first + half) - faces(first)) as usize * 3 * self.model.encoding.dimension;
+        let (left_corners, right_corners) = corner_gradients.split_at_mut(floats);
+        rayon::join(|| self.run(first, left, left_corners), || self.run(first + half, right, right_corners));
     }
 }
 

@@ -70,7 +70,7 @@ fn odd_shapes_and_numbers_of_samples_train_too() {
     use ndf_core::FieldShape;
     for field in [
         FieldShape { features: 0, octaves: 4, ..FieldShape::default() },
-        FieldShape { features: 5, octaves: 1, hidden: vec![17], residual: true },
+        FieldShape { features: 5, octaves: 1, hidden: vec![17], ..FieldShape::default() },
         FieldShape { features: 2, residual: false, ..FieldShape::default() },
     ] {
         let settings = Settings { field, samples: 777, lambda_c: 0.0, ..quick() };

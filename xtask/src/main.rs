@@ -1,7 +1,10 @@
 //! Development tasks. `cargo xtask ci` is the check before a change lands.
 
+mod ablation;
 mod arrows;
 mod ci;
+mod document;
+mod performance;
 mod representations;
 mod shell;
 mod table;
@@ -19,6 +22,8 @@ enum Task {
     Ci,
     /// Check that crates depend on each other only along the arrows of ARCHITECTURE.md
     Arrows,
+    /// Vary the settings of training and write CSV files and plots
+    Ablation(ablation::Options),
     /// Fit meshes with the default preset and write the table of the README
     Table {
         /// The folder with the meshes
@@ -33,14 +38,34 @@ enum Task {
         #[arg(long)]
         truth: Option<PathBuf>,
     },
+    /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
+    Geodesics {
+        #[command(flatten)]
+        options: performance::Options,
+        /// VTP's program (YipengQin/VTP_source_code)
+        #[arg(long)]
+        vtp: Option<PathBuf>,
+    },
+    /// Time eigenmodes, beside SciPy if an interpreter is given, and write the tables of docs/performance.md
+    Spectra {
+        #[command(flatten)]
+        options: performance::Options,
+    },
+    /// What the two above run in a process of its own for every mesh
+    #[command(subcommand, hide = true)]
+    Measure(performance::OneMesh),
 }
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
+        Task::Ablation(options) => ablation::run(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
         Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),
+        Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
+        Task::Spectra { options } => performance::spectra(&options),
+        Task::Measure(mesh) => performance::measure(mesh),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,7 +1,6 @@
 //! The table of the README: what the default preset makes of real meshes.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use ndf_cli::commands::extract::{EdgeLength, extracted};
@@ -10,16 +9,13 @@ use ndf_cli::context::{Context, Options};
 use ndf_cli::input::{BaseSource, Reading};
 use ndf_core::metrics::{MeasureOptions, measure};
 
+use crate::document::replace_table;
 use crate::shell::root;
 
 const MESHES: &[&str] =
     &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];
 const BASE_FACES: u32 = 4000;
 const EDGE_LENGTH: f64 = 0.01;
-
-/// The table goes between these lines of the README.
-const BEGIN: &str = "<!-- table: cargo xtask table -->\n";
-const END: &str = "<!-- end of table -->";
 
 /// Fits every mesh that is there and rewrites the table.
 pub(crate) fn run(data: &Path) -> Result<(), String> {
@@ -38,11 +34,7 @@ pub(crate) fn run(data: &Path) -> Result<(), String> {
         eprint!("{row}");
         table += &row;
     }
-    let readme = root().join("README.md");
-    let text = fs::read_to_string(&readme).map_err(|e| format!("README.md: {e}"))?;
-    let (before, rest) = text.split_once(BEGIN).ok_or("README.md has no place for the table")?;
-    let (_, after) = rest.split_once(END).ok_or("README.md has no end of the table")?;
-    fs::write(&readme, format!("{before}{BEGIN}{table}{END}{after}")).map_err(|e| format!("README.md: {e}"))
+    replace_table(&root().join("README.md"), "cargo xtask table", &table)
 }
 
 fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ndf_core::io::MeshFile;
-use ndf_core::{Model, ValidationReport};
+use ndf_core::{ManifoldMesh, Model, TriangleMesh, ValidationReport};
+use ndf_intrinsic::IntrinsicMesh;
 use serde_json::json;
 
 use crate::context::Context;
@@ -44,6 +45,7 @@ pub fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
     let corners =
         (!bounds.is_empty()).then(|| json!({"min": bounds.min.to_array(), "max": bounds.max.to_array()}));
     let volume = (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume());
+    let delaunay = Delaunay::of(mesh, &report);
     let json = json!({
         "kind": Kind::Mesh.name(),
         "format": file.format.to_string(),
@@ -66,6 +68,9 @@ pub fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
         "manifold": report.is_manifold(),
         "oriented": report.inconsistent_edges.count == 0,
         "closed": report.faces > 0 && report.is_closed(),
+        "delaunay_intrinsic": delaunay.as_ref().map(|d| d.flips == 0),
+        "delaunay_fraction": delaunay.as_ref().map(|d| d.fraction),
+        "delaunay_flips": delaunay.as_ref().map(|d| d.flips),
         "area": mesh.area(),
         "volume": volume,
         "bounds": corners,
@@ -78,6 +83,9 @@ pub fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
         rows.push(("components", grouped(report.components)));
         rows.push(("topology", topology(&report)));
         rows.push(("area", readable(mesh.area())));
+        if let Some(delaunay) = &delaunay {
+            rows.push(("intrinsic Delaunay", delaunay.to_string()));
+        }
     }
     if let Some(volume) = volume {
         rows.push(("volume", readable(volume)));
@@ -94,6 +102,36 @@ pub fn describe_mesh(name: &str, file: &MeshFile) -> Outcome {
         text += &format!("  ! {defect}\n");
     }
     Outcome::new(json, text)
+}
+
+/// How far the triangles of a manifold are from the intrinsic Delaunay triangulation of its surface.
+struct Delaunay {
+    /// Share of the inner edges that are locally Delaunay.
+    fraction: f64,
+    /// Flips of edges that lead there.
+    flips: usize,
+}
+
+impl Delaunay {
+    /// `None` if the mesh is not an oriented manifold.
+    fn of(mesh: &TriangleMesh, report: &ValidationReport) -> Option<Self> {
+        if !report.is_oriented_manifold() {
+            return None;
+        }
+        let mut intrinsic = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh.clone()).ok()?);
+        let fraction = intrinsic.delaunay_fraction();
+        Some(Self { fraction, flips: intrinsic.flip_to_delaunay().flips })
+    }
+}
+
+impl std::fmt::Display for Delaunay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.flips {
+            0 => write!(f, "yes"),
+            1 => write!(f, "but for 1 flip; {:.2} % of the edges are", 100.0 * self.fraction),
+            n => write!(f, "but for {} flips; {:.2} % of the edges are", grouped(n), 100.0 * self.fraction),
+        }
+    }
 }
 
 fn describe_model(name: &str, model: &Model) -> Outcome {
@@ -206,5 +244,18 @@ mod tests {
         assert_eq!(o.json["nonmanifold_edges"], 1);
         assert_eq!(o.json["degenerate_faces"], 2);
         assert_eq!(o.json["kind"], "mesh");
+    }
+
+    #[test]
+    fn flips_to_delaunay_are_counted() {
+        // A flat square along its diagonal, and a flat rhombus along its longer one.
+        let square = outcome("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n");
+        assert_eq!(square.json["delaunay_intrinsic"], true);
+        let rhombus = outcome("v -2 0 0\nv 0 -1 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n");
+        assert_eq!(rhombus.json["delaunay_intrinsic"], false);
+        assert_eq!(rhombus.json["delaunay_flips"], 1);
+        assert!(rhombus.text.contains("1 flip"), "{}", rhombus.text);
+        let soup = outcome("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
+        assert!(soup.json["delaunay_intrinsic"].is_null());
     }
 }

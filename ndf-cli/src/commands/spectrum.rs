@@ -6,13 +6,13 @@ use std::time::Instant;
 use clap::Args;
 use ndf_core::io::{VertexScalars, format_to_write, write_mesh};
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_spectral::{ModeOptions, Modes, modes};
+use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions};
 use serde_json::json;
 
 use super::extract::length;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
-use crate::triangulation::TriangulationArguments;
+use crate::triangulation::{Triangles, TriangulationArguments};
 
 /// Arguments of `ndf spectrum`.
 #[derive(Args, Debug)]
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Shift of the operator that is factored; the eigenvalues do not depend on it.
     #[arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true, value_parser = length)]
     shift: f64,
+    /// Take the triangles as they are, without flips to the intrinsic Delaunay triangulation.
+    #[arg(long)]
+    no_flips: bool,
 }
 
 /// Computes the modes with the smallest eigenvalues.
@@ -38,14 +41,25 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.triangulation.input.display();
-    let mesh = arguments.triangulation.read(context)?;
+    let triangles = arguments.triangulation.read_triangles(context)?;
+    if let Triangles::Other(_, defects) = &triangles {
+        context.warn(&format!("{name}: {defects}; its modes are those of its tufted cover"));
+    }
     let started = Instant::now();
+    let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
     let options =
         ModeOptions { count: arguments.modes as usize, shift: arguments.shift, ..ModeOptions::default() };
-    let found = modes(&IntrinsicMesh::of_mesh(&mesh), &options, &context.progress())
+    let (mesh, laplacian) = match &triangles {
+        Triangles::Manifold(mesh) => {
+            (mesh.as_triangle_mesh(), LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), operator))
+        }
+        Triangles::Other(mesh, _) => (mesh, LaplaceBeltrami::of_triangles(mesh, operator)),
+    };
+    let found = laplacian
+        .and_then(|laplacian| laplacian.modes(&options, &context.progress()))
         .map_err(|e| Failure::new(format!("{name}: {e}")))?;
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &scalars(&found))?;
+    write_mesh(&arguments.output, mesh, &scalars(&found))?;
     let json = json!({
         "seconds": seconds,
         "eigenvalues": found.eigenvalues.as_slice(),

@@ -1,6 +1,7 @@
 //! Point clouds, with normals and without.
 
 use ndf_core::Surface;
+use ndf_core::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
     CloudFile, Neighbours, OrientedCloud, PointCloud, WindingFieldOptions, agreement_of_normals, parse_cloud,
     sniff, unoriented_cloud,
@@ -8,6 +9,7 @@ use ndf_surfaces::point_cloud::{
 use serde_json::json;
 
 use super::{BaseSource, Content, Family, Input, Kind, Reading};
+use crate::commands::info::describe_mesh;
 use crate::context::Context;
 use crate::interrupt;
 use crate::output::{Failure, Outcome, grouped, readable, table};
@@ -118,7 +120,15 @@ fn unoriented(name: &str, cloud: &PointCloud, context: &Context) -> Result<Input
 
 fn describe(content: &Content, reading: &Reading, context: &Context) -> Result<Outcome, Failure> {
     let Points { file: CloudFile { cloud, report, format }, kind, agreement } =
-        read(content, reading, context)?;
+        match read(content, reading, context) {
+            Ok(points) => points,
+            // Too few points to learn from: what is in the file can be told all the same.
+            Err(failure) => {
+                return parse_mesh(&content.bytes, &content.path)
+                    .map(|file| describe_mesh(&content.name(), &file))
+                    .map_err(|_| failure);
+            }
+        };
     let bounds = cloud.bounds();
     let points = cloud.positions().len();
     let json = json!({

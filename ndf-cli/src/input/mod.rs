@@ -1,6 +1,6 @@
 //! From a file to a surface that can be learned, whatever represents it.
 //!
-//! What a file is, its content decides: [`FAMILIES`] lists the families of representations, and the first that
+//! What a file is, its content decides: `FAMILIES` lists the families of representations, and the first that
 //! recognises the content opens it. `--as` names the kind, and with it the family, instead. To add a
 //! representation: a [`Kind`], a file here with its [`Family`], and a line in the list.
 

@@ -137,6 +137,8 @@ fn walk(folder: &Folder, name: &str) {
         &["render", name, "-o", "out.png", "--size", "32,24", "--wireframe"],
         &["fit", name, "-o", "out.ndf", "--epochs", "5", "--samples", "256", "--base-faces", "500"],
         &["mesh", name, "-o", "out.ply", "--grid", "24"],
+        &["geodesic", name, "-o", "out.ply", "--source-vertex", "0"],
+        &["spectrum", name, "-o", "out.ply", "--modes", "3"],
     ] {
         let run = ndf(&folder.0, arguments);
         assert!(run.elapsed < HANG, "{arguments:?} took {:?}", run.elapsed);

@@ -235,6 +235,17 @@ fn distances_and_modes_of_meshes_and_models() {
     assert!(spectrum["residual_max"].as_f64().unwrap() < 1e-8);
     let info = ndf(&folder.0, &["info", "m.ply", "--json"]).json();
     assert_eq!(info["scalars"].as_array().unwrap().len(), 9);
+    let plain = ["spectrum", "sphere.ply", "-o", "p.ply", "--modes", "9", "--no-flips", "--json"];
+    assert!((ndf(&folder.0, &plain).json()["eigenvalues"][1].as_f64().unwrap() - 2.0).abs() < 0.02);
+
+    // Three sheets that meet along an edge are no manifold: modes come through the tufted cover, distances do not.
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 -1\n";
+    folder.write("fin.obj", format!("{corners}f 1 2 3\nf 1 2 4\nf 1 2 5\n"));
+    let fin = ndf(&folder.0, &["spectrum", "fin.obj", "-o", "f.ply", "--modes", "3", "--json"]);
+    assert!(fin.stderr.contains("tufted cover"), "{}", fin.stderr);
+    assert!(fin.json()["eigenvalues"][1].as_f64().unwrap() > 0.1);
+    let distances = ndf(&folder.0, &["geodesic", "fin.obj", "-o", "f2.ply", "--source-vertex", "0"]);
+    assert!(distances.sentence().contains("manifold"));
 
     ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
     fitted(&folder, "torus.ndf", &[]);

@@ -83,11 +83,17 @@ fn position(base: &ManifoldMesh, sample: &FaceSample) -> DVec3 {
     sample.position(base.as_triangle_mesh())
 }
 
-fn fill_block(encoding: &SampleEncoding<'_>, points: &[FaceSample], activations: &mut Activations) {
+#[inline(always)]
+fn fill_block<S: Simd>(
+    simd: S,
+    encoding: &SampleEncoding<'_>,
+    points: &[FaceSample],
+    activations: &mut Activations,
+) {
     let stride = activations.input_stride();
     let rows = activations.input_mut().chunks_exact_mut(stride);
     for (point, row) in points.iter().zip(rows) {
-        encoding.encode(point.face, point.barycentric.map(|b| b as f32), row);
+        encoding.encode(simd, point.face, point.barycentric.map(|b| b as f32), row);
     }
 }
 
@@ -110,7 +116,7 @@ impl WithSimd for Values<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (points, mapped) in self.points.chunks(BLOCK).zip(self.mapped.chunks_mut(BLOCK)) {
-            fill_block(&self.encoding, points, self.activations);
+            fill_block(simd, &self.encoding, points, self.activations);
             forward(simd, &self.field.packed, self.activations);
             for (row, (point, mapped)) in points.iter().zip(mapped).enumerate() {
                 *mapped = self.field.origin(point) + output_row(self.activations, row);
@@ -135,7 +141,7 @@ impl WithSimd for Tangents<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let base = &self.field.base;
         for (points, mapped) in self.points.chunks(BLOCK).zip(self.mapped.chunks_mut(BLOCK)) {
-            fill_block(&self.encoding, points, self.activations);
+            fill_block(simd, &self.encoding, points, self.activations);
             forward(simd, &self.field.packed, self.activations);
             for (row, (point, mapped)) in points.iter().zip(mapped.iter_mut()).enumerate() {
                 mapped.point = self.field.origin(point) + output_row(self.activations, row);
@@ -215,7 +221,7 @@ mod tests {
         for shape in [
             FieldShape::default(),
             FieldShape { residual: false, ..FieldShape::default() },
-            FieldShape { features: 3, octaves: 2, hidden: vec![24], residual: true },
+            FieldShape { features: 3, octaves: 2, hidden: vec![24], ..FieldShape::default() },
         ] {
             let field = random_field(shape);
             let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(517, 0, 0);

@@ -16,7 +16,7 @@ use rand_chacha::rand_core::SeedableRng;
 pub use evaluation::Mapped;
 pub use sample_encoding::SampleEncoding;
 
-use crate::network::{Mlp, MlpShape, Packed, encoding};
+use crate::network::{Activation, Mlp, MlpShape, Packed, encoding};
 use crate::{DVec3, ManifoldMesh};
 
 /// The sizes of a field's parts.
@@ -28,14 +28,17 @@ pub struct FieldShape {
     pub octaves: usize,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
+    /// What hidden layers do to their sums.
+    #[serde(default)]
+    pub activation: Activation,
     /// Whether the network gives the displacement from x (then it starts as the identity) or the point.
     pub residual: bool,
 }
 
 impl Default for FieldShape {
-    /// d = 8 and two hidden layers of 32, without positional encoding, residual.
+    /// d = 8 and two hidden layers of 32 with ReLU, without positional encoding, residual.
     fn default() -> Self {
-        Self { features: 8, octaves: 0, hidden: vec![32, 32], residual: true }
+        Self { features: 8, octaves: 0, hidden: vec![32, 32], activation: Activation::Relu, residual: true }
     }
 }
 
@@ -43,7 +46,7 @@ impl FieldShape {
     /// Shape of the network.
     pub fn network(&self) -> MlpShape {
         let inputs = self.features + 3 + encoding::width(self.octaves);
-        MlpShape { inputs, hidden: self.hidden.clone(), outputs: 3 }
+        MlpShape { inputs, hidden: self.hidden.clone(), outputs: 3, activation: self.activation }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The network's input for a point of the base mesh: `[z(x), x, PE(x)]`.
 
+use pulp::Simd;
+
 use crate::network::encoding;
 
 /// What is needed to encode points of a base mesh.
@@ -20,20 +22,13 @@ pub struct SampleEncoding<'a> {
 impl SampleEncoding<'_> {
     /// Writes the encoding of the point of `face` with these barycentric coordinates; returns x.
     #[inline(always)]
-    pub fn encode(&self, face: u32, barycentric: [f32; 3], row: &mut [f32]) -> [f32; 3] {
+    pub fn encode<S: Simd>(&self, simd: S, face: u32, barycentric: [f32; 3], row: &mut [f32]) -> [f32; 3] {
         let corners = self.faces[face as usize];
         let d = self.dimension;
         let (z, rest) = row.split_at_mut(d);
-        z.fill(0.0);
-        let mut x = [0.0; 3];
-        for (&v, b) in corners.iter().zip(barycentric) {
-            let features = &self.features[v as usize * d..][..d];
-            z.iter_mut().zip(features).for_each(|(z, f)| *z += b * f);
-            let p = self.positions[v as usize];
-            x = [x[0] + b * p[0], x[1] + b * p[1], x[2] + b * p[2]];
-        }
+        let x = self.interpolate(corners, barycentric, z);
         rest[..3].copy_from_slice(&x);
-        encoding::encode(x, self.octaves, &mut rest[3..]);
+        encoding::encode(simd, x, self.octaves, &mut rest[3..]);
         x
     }
 
@@ -45,17 +40,67 @@ impl SampleEncoding<'_> {
         let corners = self.faces[face as usize];
         let d = self.dimension;
         let (dz, rest) = tangent.split_at_mut(d);
-        dz.fill(0.0);
-        let mut dx = [0.0; 3];
-        for (&v, b) in corners.iter().zip(direction) {
-            let features = &self.features[v as usize * d..][..d];
-            dz.iter_mut().zip(features).for_each(|(z, f)| *z += b * f);
-            let p = self.positions[v as usize];
-            dx = [dx[0] + b * p[0], dx[1] + b * p[1], dx[2] + b * p[2]];
-        }
+        let dx = self.interpolate(corners, direction, dz);
         rest[..3].copy_from_slice(&dx);
         encoding::encode_tangent(&row[d + 3..], dx, self.octaves, &mut rest[3..]);
     }
+
+    /// Combines the features of three vertices into `z` and their positions into what is returned.
+    #[inline(always)]
+    fn interpolate(&self, [a, b, c]: [u32; 3], weights: [f32; 3], z: &mut [f32]) -> [f32; 3] {
+        let d = self.dimension;
+        let features = self.features;
+        let rows = [
+            &features[a as usize * d..][..d],
+            &features[b as usize * d..][..d],
+            &features[c as usize * d..][..d],
+        ];
+        combine_rows(z, weights, rows);
+        let mut x = [0.0; 3];
+        for (v, weight) in [a, b, c].into_iter().zip(weights) {
+            let p = self.positions[v as usize];
+            x = [x[0] + weight * p[0], x[1] + weight * p[1], x[2] + weight * p[2]];
+        }
+        x
+    }
+}
+
+/// Features are combined in whole vectors of this many. Each is put together in an array of its own before it is
+/// stored: only then do compilers know that nothing overlaps.
+const OCTET: usize = 8;
+
+/// `to = Σ weights · rows`.
+#[inline(always)]
+fn combine_rows(to: &mut [f32], weights: [f32; 3], [a, b, c]: [&[f32]; 3]) {
+    let (to, to_rest) = to.as_chunks_mut::<OCTET>();
+    let (a, a_rest) = a.as_chunks::<OCTET>();
+    let (b, b_rest) = b.as_chunks::<OCTET>();
+    let (c, c_rest) = c.as_chunks::<OCTET>();
+    for (((to, a), b), c) in to.iter_mut().zip(a).zip(b).zip(c) {
+        let mut sums = [0.0; OCTET];
+        for k in 0..OCTET {
+            sums[k] = weights[0] * a[k] + weights[1] * b[k] + weights[2] * c[k];
+        }
+        *to = sums;
+    }
+    for (((to, a), b), c) in to_rest.iter_mut().zip(a_rest).zip(b_rest).zip(c_rest) {
+        *to = weights[0] * a + weights[1] * b + weights[2] * c;
+    }
+}
+
+/// `to += factor · from`.
+#[inline(always)]
+pub fn add_scaled_row(to: &mut [f32], factor: f32, from: &[f32]) {
+    let (to, to_rest) = to.as_chunks_mut::<OCTET>();
+    let (from, from_rest) = from.as_chunks::<OCTET>();
+    for (to, from) in to.iter_mut().zip(from) {
+        let mut sums = *to;
+        for k in 0..OCTET {
+            sums[k] += factor * from[k];
+        }
+        *to = sums;
+    }
+    to_rest.iter_mut().zip(from_rest).for_each(|(t, f)| *t += factor * f);
 }
 
 /// Positions in single precision.

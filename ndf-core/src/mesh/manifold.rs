@@ -4,6 +4,7 @@
 //! twins, an edge numbering and one half-edge a vertex are stored, 32 bits each.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::{TriangleMesh, ValidationReport};
 use crate::BoundingBox;
@@ -17,7 +18,7 @@ pub const NO_HALFEDGE: u32 = u32::MAX;
 /// edge has one face, or two faces that run along it in opposite directions; the faces around every vertex
 /// form one fan. Faces without area are allowed: they are a matter of geometry, not of topology.
 ///
-/// It can only be made by [`ManifoldMesh::try_from`], which checks.
+/// It can only be made by [`ManifoldMesh::try_from`] and [`ManifoldMesh::with_twins`], which check.
 #[derive(Clone, Debug)]
 pub struct ManifoldMesh {
     mesh: TriangleMesh,
@@ -53,6 +54,20 @@ impl TryFrom<TriangleMesh> for ManifoldMesh {
 }
 
 impl ManifoldMesh {
+    /// A manifold of which the twin of every half-edge is known ([`NO_HALFEDGE`] on the boundary): twins are
+    /// checked over all threads instead of being searched for. O(n · degree).
+    ///
+    /// # Errors
+    /// With the report of every defect, if the mesh is not an oriented manifold. If it is one, but the twins are
+    /// not its own, they are found as by [`try_from`](Self::try_from).
+    pub fn with_twins(mesh: TriangleMesh, twins: Vec<u32>) -> Result<Self, NotManifold> {
+        if !are_twins(&mesh, &twins) {
+            return Self::try_from(mesh);
+        }
+        let manifold = Self::number(mesh, twins);
+        if manifold.has_proper_fans() { Ok(manifold) } else { Self::try_from(manifold.mesh) }
+    }
+
     /// Topology of a mesh known to be an oriented manifold.
     fn build(mesh: TriangleMesh) -> Self {
         let halfedges = 3 * mesh.face_count();
@@ -71,29 +86,59 @@ impl ManifoldMesh {
                 twins[pair[1].2 as usize] = pair[0].2;
             }
         }
-        // Edges are numbered by their lower half-edge, so that the numbering follows the faces.
-        let mut halfedge_edges = vec![u32::MAX; halfedges];
-        let mut edge_halfedges = Vec::with_capacity(halfedges / 2 + 1);
-        for h in 0..halfedges as u32 {
-            let twin = twins[h as usize];
-            if twin == NO_HALFEDGE || h < twin {
-                halfedge_edges[h as usize] = edge_halfedges.len() as u32;
-                if twin != NO_HALFEDGE {
-                    halfedge_edges[twin as usize] = edge_halfedges.len() as u32;
-                }
-                edge_halfedges.push(h);
-            }
-        }
+        Self::number(mesh, twins)
+    }
+
+    /// Numbers edges by their lower half-edge, so that the numbering follows the faces, and finds a half-edge of
+    /// every vertex.
+    fn number(mesh: TriangleMesh, twins: Vec<u32>) -> Self {
+        let mut halfedge_edges: Vec<u32> = Vec::with_capacity(twins.len());
+        let mut edge_halfedges = Vec::with_capacity(twins.len() / 2 + 1);
         let mut vertex_halfedges = vec![NO_HALFEDGE; mesh.vertex_count()];
-        for h in (0..halfedges as u32).rev() {
-            let v = mesh.faces()[h as usize / 3][h as usize % 3] as usize;
-            let current = vertex_halfedges[v];
+        let tails = mesh.faces().iter().flatten();
+        for (h, (&twin, &tail)) in (0..).zip(twins.iter().zip(tails)) {
+            if h < twin {
+                halfedge_edges.push(edge_halfedges.len() as u32);
+                edge_halfedges.push(h);
+            } else {
+                halfedge_edges.push(halfedge_edges[twin as usize]);
+            }
             // Nothing lies clockwise of a half-edge without twin: it begins the fan.
-            if current == NO_HALFEDGE || twins[current as usize] != NO_HALFEDGE {
-                vertex_halfedges[v] = h;
+            let first = &mut vertex_halfedges[tail as usize];
+            if *first == NO_HALFEDGE || twin == NO_HALFEDGE {
+                *first = h;
             }
         }
         Self { mesh, twins, halfedge_edges, edge_halfedges, vertex_halfedges }
+    }
+
+    /// Whether the faces around every vertex form one fan, of three at least inside, and meet every other vertex
+    /// once: then no two edges join the same vertices, and no two faces have the same corners.
+    fn has_proper_fans(&self) -> bool {
+        let corners: Option<usize> = (0..self.vertex_count() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map_init(Vec::new, |ring: &mut Vec<u32>, v| {
+                ring.clear();
+                if self.vertex_halfedge(v) == NO_HALFEDGE {
+                    return None;
+                }
+                let mut last = 0;
+                for h in self.outgoing(v) {
+                    ring.push(self.tip(h));
+                    last = self.previous(h);
+                }
+                let faces = ring.len();
+                let closed = self.twin(last).is_some();
+                if !closed {
+                    ring.push(self.tail(last));
+                }
+                ring.sort_unstable();
+                let once = ring.windows(2).all(|pair| pair[0] != pair[1]);
+                (once && (!closed || faces >= 3)).then_some(faces)
+            })
+            .sum();
+        corners == Some(self.halfedge_count())
     }
 
     /// The mesh without its topology.
@@ -258,10 +303,55 @@ impl ManifoldMesh {
     }
 }
 
+/// Whether positions are finite, every face has three corners, and `twins` pairs half-edges that run between the
+/// same vertices in opposite directions.
+fn are_twins(mesh: &TriangleMesh, twins: &[u32]) -> bool {
+    let faces = mesh.faces();
+    let ends = |h: usize| [faces[h / 3][h % 3], faces[h / 3][(h + 1) % 3]];
+    let glued = |(h, &twin): (usize, &u32)| {
+        let [tail, tip] = ends(h);
+        let back = twins.get(twin as usize);
+        let paired = || back == Some(&(h as u32)) && twin as usize != h && ends(twin as usize) == [tip, tail];
+        tail != tip && (twin == NO_HALFEDGE || paired())
+    };
+    twins.len() == 3 * faces.len()
+        && !faces.is_empty()
+        && mesh.positions().par_iter().all(|p| p.is_finite())
+        && twins.par_iter().enumerate().with_min_len(4096).all(glued)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::shapes;
     use super::*;
+
+    #[test]
+    fn known_twins_give_the_same_mesh() {
+        for mesh in [shapes::icosphere(3), shapes::torus(24, 12, 1.0, 0.4), shapes::grid(5, 3)] {
+            let searched = ManifoldMesh::try_from(mesh.clone()).unwrap();
+            let given = ManifoldMesh::with_twins(mesh.clone(), searched.twins.clone()).unwrap();
+            let nonsense = ManifoldMesh::with_twins(mesh, vec![7; searched.twins.len()]).unwrap();
+            for other in [given, nonsense] {
+                assert_eq!(other.twins, searched.twins);
+                assert_eq!(other.halfedge_edges, searched.halfedge_edges);
+                assert_eq!(other.edge_halfedges, searched.edge_halfedges);
+                assert_eq!(other.vertex_halfedges, searched.vertex_halfedges);
+            }
+        }
+    }
+
+    #[test]
+    fn twins_do_not_hide_defects() {
+        let p = |n: usize| (0..n).map(|i| DVec3::new(i as f64, (i * i) as f64, 0.0)).collect();
+        let open = NO_HALFEDGE;
+        // The two sides of one triangle; two fans that share a vertex; a vertex without a face.
+        let pillow = TriangleMesh::new(p(3), vec![[0, 1, 2], [0, 2, 1]]).unwrap();
+        assert!(ManifoldMesh::with_twins(pillow, vec![5, 4, 3, 2, 1, 0]).is_err());
+        let bow = TriangleMesh::new(p(5), vec![[0, 1, 2], [0, 3, 4]]).unwrap();
+        assert!(ManifoldMesh::with_twins(bow, vec![open; 6]).is_err());
+        let lonely = TriangleMesh::new(p(4), vec![[0, 1, 2]]).unwrap();
+        assert!(ManifoldMesh::with_twins(lonely, vec![open; 3]).is_err());
+    }
 
     fn laws(mesh: &ManifoldMesh) {
         for h in 0..mesh.halfedge_count() as u32 {

@@ -16,7 +16,7 @@
 //! | `SIML` | f64 scale, f64×3 centre: `normalised = scale · (world − centre)` |
 //! | `BASE` | u32 V, u32 F, f32×3 V positions, 3 F indices (u16 where V ≤ 65,536, else u32) |
 //! | `FEAT` | u32 d, f32 V·d, vertex-major |
-//! | `NETW` | u8 activation (0: ReLU), u8 residual, u8 octaves, u8 hidden layers, u32 widths of these, f32 parameters |
+//! | `NETW` | u8 activation (0 ReLU, 1 leaky ReLU, 2 SiLU, 3 sine, 4 tanh), u8 residual, u8 octaves, u8 hidden layers, u32 widths of these, f32 parameters |
 //! | `PROV` | UTF-8 JSON |
 
 use std::fs;
@@ -25,15 +25,17 @@ use std::path::Path;
 use super::Model;
 use super::bytes::{Reader, Writer};
 use crate::field::{DisplacementField, FieldShape};
+use crate::network::Activation;
+use crate::network::encoding::MOST_OCTAVES;
 use crate::{DVec3, ManifoldMesh, Similarity, TriangleMesh};
 
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
 const VERSION: u32 = 1;
-const ACTIVATION_RELU: u8 = 0;
+/// In the order of their codes.
+const ACTIVATIONS: [Activation; 5] = Activation::ALL;
 /// Wider or deeper networks are refused: no model has them, and a hostile file must not cost memory.
 const WIDEST_LAYER: usize = 4096;
 const MOST_FEATURES: usize = 4096;
-const MOST_OCTAVES: usize = 20;
 const MOST_SECTIONS: usize = 1024;
 
 /// Why bytes are not a model.
@@ -188,7 +190,8 @@ impl Model {
     fn network_bytes(&self) -> Vec<u8> {
         let shape = self.field.shape();
         let mut w = Writer::default();
-        w.u8(ACTIVATION_RELU);
+        let code = ACTIVATIONS.iter().position(|a| *a == shape.activation).unwrap_or_default();
+        w.u8(code as u8);
         w.u8(u8::from(shape.residual));
         w.u8(shape.octaves as u8);
         w.u8(shape.hidden.len() as u8);
@@ -279,9 +282,9 @@ fn read_features(mut r: Reader<'_>, vertices: usize) -> Result<(usize, Vec<f32>)
 
 fn read_network(mut r: Reader<'_>, features: usize) -> Result<(FieldShape, Vec<f32>), ModelError> {
     let activation = r.u8()?;
-    if activation != ACTIVATION_RELU {
+    let Some(&activation) = ACTIVATIONS.get(usize::from(activation)) else {
         return Err(r.defect(format!("activation {activation} is not known")));
-    }
+    };
     let residual = r.u8()? != 0;
     let octaves = r.u8()? as usize;
     if octaves > MOST_OCTAVES {
@@ -292,7 +295,7 @@ fn read_network(mut r: Reader<'_>, features: usize) -> Result<(FieldShape, Vec<f
     if let Some(width) = hidden.iter().find(|&&w| w == 0 || w > WIDEST_LAYER) {
         return Err(r.defect(format!("a layer of {width} neurons is not possible")));
     }
-    let shape = FieldShape { features, octaves, hidden, residual };
+    let shape = FieldShape { features, octaves, hidden, activation, residual };
     let parameters = r.f32s(shape.network().parameter_count())?;
     r.end()?;
     Ok((shape, parameters))
@@ -308,7 +311,13 @@ mod tests {
 
     fn model() -> Model {
         let base = ManifoldMesh::try_from(shapes::icosphere(0)).unwrap();
-        let shape = FieldShape { features: 2, octaves: 1, hidden: vec![3], residual: true };
+        let shape = FieldShape {
+            features: 2,
+            octaves: 1,
+            hidden: vec![3],
+            activation: Activation::Silu,
+            residual: true,
+        };
         let field = DisplacementField::untrained(base, shape, 5).unwrap();
         let similarity = Similarity::new(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap();
         Model { field, similarity, provenance: "{\"seed\": 5}".to_owned() }

@@ -3,36 +3,95 @@
 use pulp::Simd;
 
 use super::kernels::{Finish, add_row_sums, add_transposed_product, product};
-use super::{Activations, BLOCK, Packed, padded};
+use super::{Activations, Lines, Packed, padded};
 
 /// Gradients by all parameters of a network, in the layout of the kernels, and room for the deltas of a
 /// block. Gradients accumulate over blocks until [`clear`](Self::clear).
 #[derive(Clone, Debug)]
 pub struct Gradients {
-    /// Per layer `outputs × padded(inputs)`.
-    weights: Vec<Vec<f32>>,
-    /// Per layer `padded(outputs)`.
-    biases: Vec<Vec<f32>>,
-    /// Per level the derivative of the loss by its pre-activations, [`BLOCK`] padded rows.
-    deltas: Vec<Vec<f32>>,
-    shapes: Vec<(usize, usize)>,
+    layers: Vec<LayerGradients>,
+    /// Per level the derivative of the loss by its sums, [`BLOCK`](super::BLOCK) padded rows.
+    deltas: Vec<Lines>,
+    /// Per hidden layer with a smooth activation, the derivative of the loss by its sums through the tangents, which
+    /// [`backward_tangent`] leaves to [`backward`].
+    through_slopes: Vec<Lines>,
+}
+
+/// Gradients by the parameters of a layer.
+#[derive(Clone, Debug)]
+struct LayerGradients {
+    inputs: usize,
+    outputs: usize,
+    /// `inputs × padded(outputs)` or `outputs × padded(inputs)`, whichever is smaller.
+    weights: Lines,
+    /// `padded(outputs)`.
+    biases: Lines,
+}
+
+impl LayerGradients {
+    fn new(inputs: usize, outputs: usize) -> Self {
+        let size = (inputs * padded(outputs)).min(outputs * padded(inputs));
+        Self { inputs, outputs, weights: Lines::zeros(size), biases: Lines::zeros(padded(outputs)) }
+    }
+
+    /// Whether the weights have a row for every input.
+    fn is_by_input(&self) -> bool {
+        self.inputs * padded(self.outputs) < self.outputs * padded(self.inputs)
+    }
+
+    /// Adds the products of the inputs of a block with the derivatives by the outputs.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, level: &[f32], delta: &[f32]) {
+        let (in_width, out_width) = (padded(self.inputs), padded(self.outputs));
+        if self.is_by_input() {
+            add_transposed_product(simd, level, in_width, self.inputs, delta, out_width, &mut self.weights);
+        } else {
+            add_transposed_product(simd, delta, out_width, self.outputs, level, in_width, &mut self.weights);
+        }
+    }
+
+    /// Adds the gradients to `weights`, row-major `outputs × inputs`, and `biases`.
+    fn add_to(&self, weights: &mut [f32], biases: &mut [f32]) {
+        if self.is_by_input() {
+            for (i, row) in self.weights.chunks_exact(padded(self.outputs)).enumerate() {
+                let column = weights[i..].iter_mut().step_by(self.inputs);
+                column.zip(row).for_each(|(to, from)| *to += from);
+            }
+        } else {
+            let rows = self.weights.chunks_exact(padded(self.inputs));
+            for (to, from) in weights.chunks_exact_mut(self.inputs).zip(rows) {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+            }
+        }
+        biases.iter_mut().zip(&*self.biases).for_each(|(to, from)| *to += from);
+    }
 }
 
 impl Gradients {
     /// Zero gradients for the network of `packed`.
     pub fn new(packed: &Packed) -> Self {
-        let layers = packed.layers();
+        let room = Activations::new(packed);
         Self {
-            weights: layers.iter().map(|l| vec![0.0; l.outputs * padded(l.inputs)]).collect(),
-            biases: layers.iter().map(|l| vec![0.0; padded(l.outputs)]).collect(),
-            deltas: Activations::new(packed).levels,
-            shapes: layers.iter().map(|l| (l.inputs, l.outputs)).collect(),
+            layers: packed.layers().iter().map(|l| LayerGradients::new(l.inputs, l.outputs)).collect(),
+            deltas: room.levels,
+            through_slopes: room.hidden.into_iter().map(|hidden| hidden.sums).collect(),
         }
     }
 
     /// Sets all gradients to zero.
     pub fn clear(&mut self) {
-        self.weights.iter_mut().chain(&mut self.biases).for_each(|g| g.fill(0.0));
+        for layer in &mut self.layers {
+            layer.weights.fill(0.0);
+            layer.biases.fill(0.0);
+        }
+    }
+
+    /// Adds those of another block or chunk.
+    pub fn add(&mut self, other: &Self) {
+        for (layer, other) in self.layers.iter_mut().zip(&other.layers) {
+            layer.weights.iter_mut().zip(&*other.weights).for_each(|(to, from)| *to += from);
+            layer.biases.iter_mut().zip(&*other.biases).for_each(|(to, from)| *to += from);
+        }
     }
 
     /// Rows of the derivative of the loss by the network's output, to be filled before [`backward`]. Padding
@@ -49,15 +108,11 @@ impl Gradients {
     /// Adds the gradients to `sums`, in the order of [`Mlp::parameters`](super::Mlp::parameters).
     pub fn add_to(&self, sums: &mut [f32]) {
         let mut rest = sums;
-        for ((&(inputs, outputs), weights), biases) in self.shapes.iter().zip(&self.weights).zip(&self.biases)
-        {
-            let (to_weights, after) = rest.split_at_mut(inputs * outputs);
-            let (to_biases, after) = after.split_at_mut(outputs);
+        for layer in &self.layers {
+            let (weights, after) = rest.split_at_mut(layer.inputs * layer.outputs);
+            let (biases, after) = after.split_at_mut(layer.outputs);
             rest = after;
-            for (to, from) in to_weights.chunks_exact_mut(inputs).zip(weights.chunks_exact(padded(inputs))) {
-                to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
-            }
-            to_biases.iter_mut().zip(biases).for_each(|(t, f)| *t += f);
+            layer.add_to(weights, biases);
         }
     }
 }
@@ -72,7 +127,8 @@ pub enum InputGradient {
 }
 
 /// Carries the derivative by the output, which lies in `gradients`, back through the network at `activations`,
-/// which [`forward`](super::forward()) has filled; adds to the gradients of the parameters.
+/// which [`forward`](super::forward()) has filled; adds to the gradients of the parameters. Where tangents have
+/// gradients too, theirs come first: see [`backward_tangent`].
 #[inline(always)]
 pub fn backward<S: Simd>(
     simd: S,
@@ -81,15 +137,34 @@ pub fn backward<S: Simd>(
     gradients: &mut Gradients,
     input: InputGradient,
 ) {
-    reverse(simd, packed, activations, activations, gradients, input);
-    for (delta, biases) in gradients.deltas[1..].iter().zip(&mut gradients.biases) {
-        add_row_sums(simd, delta, biases);
+    for (l, layer) in packed.layers().iter().enumerate().rev() {
+        let (before, after) = gradients.deltas.split_at_mut(l + 1);
+        let (delta_in, delta_out) = (&mut before[l], &after[0]);
+        gradients.layers[l].add(simd, &activations.levels[l], delta_out);
+        add_row_sums(simd, delta_out, &mut gradients.layers[l].biases);
+        if l == 0 && input == InputGradient::Unwanted {
+            break;
+        }
+        let finish = match packed.activation().negative_slope() {
+            _ if l == 0 => Finish::Plain,
+            Some(below) => Finish::Where { signs: &activations.levels[l], below },
+            None => Finish::Times(&activations.hidden[l - 1].slopes),
+        };
+        product(simd, delta_out, padded(layer.outputs), &layer.by_output, &[], finish, delta_in);
+        if l > 0 && !gradients.through_slopes.is_empty() {
+            let through_slopes = &mut gradients.through_slopes[l - 1];
+            delta_in.iter_mut().zip(&**through_slopes).for_each(|(delta, more)| *delta += more);
+            through_slopes.fill(0.0);
+        }
     }
 }
 
 /// Carries the derivative by an output tangent, which lies in `gradients`, back through the tangent map of the network
-/// at `activations`; `tangent` is what [`forward_tangent`](super::forward_tangent) has filled. A tangent does not
-/// depend on biases, and on the values only through the signs of the ReLUs, hence not at all between kinks.
+/// at `activations`; `tangent` is what [`forward_tangent`](super::forward_tangent) has filled.
+///
+/// A tangent depends on the values through the slopes of the activations. Between the kinks of one that is linear on
+/// both sides of 0 that is not at all; for others this part waits in `gradients` for [`backward`], which must be called
+/// afterwards.
 #[inline(always)]
 pub fn backward_tangent<S: Simd>(
     simd: S,
@@ -99,39 +174,37 @@ pub fn backward_tangent<S: Simd>(
     gradients: &mut Gradients,
     input: InputGradient,
 ) {
-    reverse(simd, packed, activations, tangent, gradients, input);
-}
-
-/// The way back through a chain of matrices and masks: `levels` are what was multiplied on the way forward, `signs`
-/// hold the masks.
-#[inline(always)]
-fn reverse<S: Simd>(
-    simd: S,
-    packed: &Packed,
-    signs: &Activations,
-    levels: &Activations,
-    gradients: &mut Gradients,
-    input: InputGradient,
-) {
     for (l, layer) in packed.layers().iter().enumerate().rev() {
         let (before, after) = gradients.deltas.split_at_mut(l + 1);
         let (delta_in, delta_out) = (&mut before[l], &after[0]);
-        let (in_width, out_width) = (padded(layer.inputs), padded(layer.outputs));
-        let level = &levels.levels[l];
-        let weights = &mut gradients.weights[l];
-        add_transposed_product(simd, delta_out, out_width, layer.outputs, level, in_width, weights);
+        gradients.layers[l].add(simd, &tangent.levels[l], delta_out);
         if l == 0 && input == InputGradient::Unwanted {
             break;
         }
-        debug_assert_eq!(level.len(), BLOCK * in_width);
-        let finish = if l > 0 { Finish::Where(&signs.levels[l]) } else { Finish::Plain };
-        product(simd, delta_out, out_width, layer.outputs, &layer.by_output, in_width, &[], finish, delta_in);
+        let finish = match packed.activation().negative_slope() {
+            Some(below) if l > 0 => Finish::Where { signs: &activations.levels[l], below },
+            _ => Finish::Plain,
+        };
+        product(simd, delta_out, padded(layer.outputs), &layer.by_output, &[], finish, delta_in);
+        if l > 0 && !gradients.through_slopes.is_empty() {
+            // The tangent after the activation is f′(sum) · (tangent of the sum).
+            let (at, along) = (&activations.hidden[l - 1], &tangent.hidden[l - 1].sums);
+            let derivatives = at.slopes.iter().zip(&*at.curvatures).zip(&**along);
+            let through_slopes = gradients.through_slopes[l - 1].iter_mut();
+            for ((delta, more), ((slope, curvature), along)) in
+                delta_in.iter_mut().zip(through_slopes).zip(derivatives)
+            {
+                *more += *delta * curvature * along;
+                *delta *= slope;
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Mlp, MlpShape, forward, forward_tangent};
+    use super::super::BLOCK;
+    use super::super::{Activation, Mlp, MlpShape, forward, forward_tangent};
     use super::*;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
@@ -178,7 +251,7 @@ mod tests {
     fn value_tangent_and_gradients_agree_with_finite_differences() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         for hidden in [vec![32, 32], vec![20], vec![48, 16, 24]] {
-            let shape = MlpShape { inputs: 11, hidden, outputs: 3 };
+            let shape = MlpShape { inputs: 11, hidden, outputs: 3, activation: Activation::Relu };
             let mlp = Mlp::kaiming(shape.clone(), &mut rng);
             let packed = Packed::new(&mlp);
             let mut activations = Activations::new(&packed);

@@ -2,14 +2,16 @@
 
 use pulp::Simd;
 
-use super::kernels::{Finish, product};
-use super::{BLOCK, Mlp, padded};
+use super::activation::Jet;
+use super::kernels::{Finish, Panels, product};
+use super::{Activation, BLOCK, Lines, Mlp, padded};
 
 /// The parameters of an [`Mlp`] in the layout of the kernels. To be refilled with [`pack`](Self::pack) after
 /// every change of the parameters; no allocation after the first time.
 #[derive(Clone, Debug)]
 pub struct Packed {
     layers: Vec<PackedLayer>,
+    activation: Activation,
 }
 
 /// One layer, weights in both orders.
@@ -20,10 +22,10 @@ pub struct PackedLayer {
     /// Width of the output, without padding.
     pub outputs: usize,
     /// `inputs × padded(outputs)`: for the way forward.
-    by_input: Vec<f32>,
+    by_input: Panels,
     /// `outputs × padded(inputs)`: for the way back.
-    pub(super) by_output: Vec<f32>,
-    bias: Vec<f32>,
+    pub(super) by_output: Panels,
+    bias: Lines,
 }
 
 impl Packed {
@@ -32,11 +34,13 @@ impl Packed {
         let layer = |(inputs, outputs): (usize, usize)| PackedLayer {
             inputs,
             outputs,
-            by_input: vec![0.0; inputs * padded(outputs)],
-            by_output: vec![0.0; outputs * padded(inputs)],
-            bias: vec![0.0; padded(outputs)],
+            by_input: Panels::new(inputs, padded(outputs)),
+            by_output: Panels::new(outputs, padded(inputs)),
+            bias: Lines::zeros(padded(outputs)),
         };
-        let mut packed = Self { layers: mlp.shape().layers().into_iter().map(layer).collect() };
+        let shape = mlp.shape();
+        let layers = shape.layers().into_iter().map(layer).collect();
+        let mut packed = Self { layers, activation: shape.activation };
         packed.pack(mlp.parameters());
         packed
     }
@@ -52,12 +56,9 @@ impl Packed {
             let (bias, after) = after.split_at(layer.outputs);
             rest = after;
             layer.bias[..layer.outputs].copy_from_slice(bias);
-            let (out_stride, in_stride) = (padded(layer.outputs), padded(layer.inputs));
             for (j, row) in weights.chunks_exact(layer.inputs).enumerate() {
-                layer.by_output[j * in_stride..][..layer.inputs].copy_from_slice(row);
-                for (i, &w) in row.iter().enumerate() {
-                    layer.by_input[i * out_stride + j] = w;
-                }
+                layer.by_output.set_row(j, row);
+                layer.by_input.set_column(j, row);
             }
         }
         assert!(rest.is_empty(), "more parameters than the network has");
@@ -67,21 +68,52 @@ impl Packed {
     pub fn layers(&self) -> &[PackedLayer] {
         &self.layers
     }
+
+    /// What hidden layers do to their sums.
+    pub fn activation(&self) -> Activation {
+        self.activation
+    }
 }
 
-/// Everything a block's way through a network leaves behind: the input, every hidden layer after its ReLU,
-/// the output. Level `l` is [`BLOCK`] rows of `padded(width of l)`.
+/// Everything a block's way through a network leaves behind: the input, every hidden layer after its activation, the
+/// output. Level `l` is [`BLOCK`] rows of `padded(width of l)`.
 #[derive(Clone, Debug)]
 pub struct Activations {
-    pub(super) levels: Vec<Vec<f32>>,
+    pub(super) levels: Vec<Lines>,
+    /// Of every hidden layer, what its activation was given and what it made of it; empty for activations that are
+    /// linear on both sides of 0, which need no memory of it.
+    pub(super) hidden: Vec<Hidden>,
+}
+
+/// What a smooth activation leaves behind.
+#[derive(Clone, Debug)]
+pub(super) struct Hidden {
+    /// The sums W h + b, or their derivative in the direction of a tangent.
+    pub(super) sums: Lines,
+    /// The activation's slopes there.
+    pub(super) slopes: Lines,
+    /// The activation's second derivatives there.
+    pub(super) curvatures: Lines,
 }
 
 impl Activations {
     /// Room for a block on its way through `packed`.
     pub fn new(packed: &Packed) -> Self {
+        let zeros = |width| Lines::zeros(BLOCK * padded(width));
         let first = packed.layers.first().map_or(0, |l| l.inputs);
         let widths = std::iter::once(first).chain(packed.layers.iter().map(|l| l.outputs));
-        Self { levels: widths.map(|w| vec![0.0; BLOCK * padded(w)]).collect() }
+        let hidden = match (packed.activation.negative_slope(), packed.layers.split_last()) {
+            (None, Some((_, hidden))) => {
+                let room = |l: &PackedLayer| Hidden {
+                    sums: zeros(l.outputs),
+                    slopes: zeros(l.outputs),
+                    curvatures: zeros(l.outputs),
+                };
+                hidden.iter().map(room).collect()
+            }
+            _ => Vec::new(),
+        };
+        Self { levels: widths.map(zeros).collect(), hidden }
     }
 
     /// Stride of the input rows.
@@ -117,10 +149,41 @@ pub fn forward<S: Simd>(simd: S, packed: &Packed, activations: &mut Activations)
     for (l, layer) in packed.layers.iter().enumerate() {
         let (before, after) = activations.levels.split_at_mut(l + 1);
         let (input, output) = (&before[l], &mut after[0]);
-        let width = padded(layer.outputs);
-        let finish = if l < last { Finish::Relu } else { Finish::Plain };
-        let stride = padded(layer.inputs);
-        product(simd, input, stride, layer.inputs, &layer.by_input, width, &layer.bias, finish, output);
+        let (stride, weights, bias) = (padded(layer.inputs), &layer.by_input, &layer.bias);
+        match packed.activation.negative_slope() {
+            _ if l == last => product(simd, input, stride, weights, bias, Finish::Plain, output),
+            Some(below) => product(simd, input, stride, weights, bias, Finish::Rectify(below), output),
+            None => {
+                let hidden = &mut activations.hidden[l];
+                product(simd, input, stride, weights, bias, Finish::Plain, &mut hidden.sums);
+                hidden.activate(packed.activation, output);
+            }
+        }
+    }
+}
+
+impl Hidden {
+    /// Applies the activation to the sums and remembers its derivatives. Padding stays finite, and no weight meets it.
+    #[inline(always)]
+    fn activate(&mut self, activation: Activation, output: &mut [f32]) {
+        // One loop for each kind, so that each becomes vectors.
+        match activation {
+            Activation::Silu => self.activate_by(|x| Activation::Silu.jet(x), output),
+            Activation::Sine => self.activate_by(|x| Activation::Sine.jet(x), output),
+            Activation::Tanh => self.activate_by(|x| Activation::Tanh.jet(x), output),
+            linear @ (Activation::Relu | Activation::LeakyRelu) => {
+                self.activate_by(|x| linear.jet(x), output);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn activate_by(&mut self, jet: impl Fn(f32) -> Jet, output: &mut [f32]) {
+        let derivatives = self.slopes.iter_mut().zip(&mut *self.curvatures);
+        for ((y, x), (slope, curvature)) in output.iter_mut().zip(&*self.sums).zip(derivatives) {
+            let jet = jet(*x);
+            (*y, *slope, *curvature) = (jet.value, jet.slope, jet.curvature);
+        }
     }
 }
 
@@ -137,9 +200,19 @@ pub fn forward_tangent<S: Simd>(
     for (l, layer) in packed.layers.iter().enumerate() {
         let (before, after) = tangent.levels.split_at_mut(l + 1);
         let (input, output) = (&before[l], &mut after[0]);
-        let width = padded(layer.outputs);
-        let finish = if l < last { Finish::Where(&activations.levels[l + 1]) } else { Finish::Plain };
-        let stride = padded(layer.inputs);
-        product(simd, input, stride, layer.inputs, &layer.by_input, width, &[], finish, output);
+        let (stride, weights) = (padded(layer.inputs), &layer.by_input);
+        match packed.activation.negative_slope() {
+            _ if l == last => product(simd, input, stride, weights, &[], Finish::Plain, output),
+            Some(below) => {
+                let finish = Finish::Where { signs: &activations.levels[l + 1], below };
+                product(simd, input, stride, weights, &[], finish, output);
+            }
+            None => {
+                let sums = &mut tangent.hidden[l].sums;
+                product(simd, input, stride, weights, &[], Finish::Plain, sums);
+                let slopes = &activations.hidden[l].slopes;
+                output.iter_mut().zip(&**sums).zip(&**slopes).for_each(|((y, x), slope)| *y = *x * slope);
+            }
+        }
     }
 }

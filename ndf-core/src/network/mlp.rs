@@ -3,7 +3,9 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Widths of a multilayer perceptron with ReLU between its layers.
+use super::Activation;
+
+/// Widths of a multilayer perceptron, and what is between its layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MlpShape {
     /// Width of the input.
@@ -12,6 +14,8 @@ pub struct MlpShape {
     pub hidden: Vec<usize>,
     /// Width of the output.
     pub outputs: usize,
+    /// What hidden layers do to their sums.
+    pub activation: Activation,
 }
 
 impl MlpShape {
@@ -31,7 +35,7 @@ impl MlpShape {
     }
 }
 
-/// A multilayer perceptron: `h ← relu(W h + b)` for every hidden layer, `W h + b` for the last.
+/// A multilayer perceptron: `h ← f(W h + b)` for every hidden layer, `W h + b` for the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
     shape: MlpShape,

@@ -7,14 +7,18 @@
 //!
 //! Kernels are generic over [`pulp::Simd`], chosen at run time: AVX-512, AVX2 with FMA, NEON, or plain code.
 
+pub mod activation;
 pub mod backward;
 pub mod encoding;
 pub mod forward;
 pub mod kernels;
+mod lines;
 mod mlp;
 
+pub use activation::Activation;
 pub use backward::{Gradients, backward, backward_tangent};
 pub use forward::{Activations, Packed, forward, forward_tangent};
+pub use lines::Lines;
 pub use mlp::{Mlp, MlpShape};
 
 /// Rows are padded to a multiple of this many floats (one AVX-512 register).

@@ -1,9 +1,10 @@
 //! Flips towards Delaunay in the metric of chords.
 
 use ndf_core::DVec3;
+use rayon::prelude::*;
 
 use super::{Surface, Work};
-use crate::delaunay::{EdgeQueue, Flip, quad_edges};
+use crate::delaunay::{EdgeQueue, Flip, is_surely_delaunay, quad_edges};
 use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
 
 /// Chords change when edges are flipped: nothing proves an end, so there is one. Smooth surfaces take about one
@@ -32,6 +33,9 @@ pub(super) fn flip_towards_delaunay<T: Flip>(
     while let Some(edge) = queue.pop() {
         if flips == most {
             break;
+        }
+        if triangulation.is_settled(edge) {
+            continue;
         }
         let mesh = triangulation.mesh();
         let Some(length) = improved_by_flip(mesh, points, limit, edge) else { continue };
@@ -64,10 +68,16 @@ fn improved_by_flip(mesh: &IntrinsicMesh, points: &[DVec3], limit: f64, edge: u3
 
 /// [Flips](flip_towards_delaunay) all edges of a surface whose points have moved.
 pub(super) fn flip_all(surface: &mut Surface, work: &mut Work) {
-    for e in 0..surface.mesh.edge_count() as u32 {
-        let [a, b] = surface.mesh.edge_vertices(e);
-        surface.mesh.lengths[e as usize] = surface.points[a as usize].distance(surface.points[b as usize]);
-    }
-    let mut queue = EdgeQueue::all(surface.mesh.edge_count());
-    work.chord_flips += flip_towards_delaunay(&mut surface.mesh, &surface.points, f64::INFINITY, &mut queue);
+    surface.measure();
+    let Surface { mesh, points, .. } = surface;
+    // Most edges are left alone: those that are not are found over all threads.
+    let improvable: Vec<u32> = (0..mesh.edge_count() as u32)
+        .into_par_iter()
+        .with_min_len(4096)
+        .filter(|&e| {
+            !is_surely_delaunay(mesh, e) && improved_by_flip(mesh, points, f64::INFINITY, e).is_some()
+        })
+        .collect();
+    let mut queue = EdgeQueue::of(&improvable);
+    work.chord_flips += flip_towards_delaunay(mesh, points, f64::INFINITY, &mut queue);
 }

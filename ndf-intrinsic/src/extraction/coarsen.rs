@@ -1,15 +1,16 @@
 //! Collapses of short edges, under the link condition.
 
 use ndf_core::DVec3;
+use rayon::prelude::*;
 
 use super::chords::flip_towards_delaunay;
-use super::{Surface, Work};
+use super::{LONG, Surface, Work};
+use crate::collapses::keep;
 use crate::delaunay::EdgeQueue;
 
-/// Edges shorter than this many h are collapsed.
-const SHORT: f64 = 0.7;
-/// No collapse makes an edge longer than this many h.
-const LONG: f64 = 4.0 / 3.0;
+/// Edges shorter than this many h are collapsed. Splits make edges of 2/3 h and, where sides of a face differ, somewhat
+/// shorter ones; those just above half of h are left to relaxation.
+const SHORT: f64 = 0.55;
 /// A collapse may turn a face's normal by up to 60°.
 const LEAST_COSINE: f64 = 0.5;
 /// A pass that collapses no more than one in so many vertices is the last.
@@ -17,87 +18,98 @@ const FEW: usize = 500;
 /// Passes over all edges; each can halve the number of vertices.
 const MOST_PASSES: usize = 40;
 
-/// Collapses edges shorter than 0.7 h where topology and geometry allow, pass by pass.
+/// Collapses edges shorter than 0.55 h where topology and geometry allow, pass by pass.
 pub(super) fn collapse_short(surface: &mut Surface, h: f64, work: &mut Work) {
+    let mut active = vec![true; surface.points.len()];
+    let before = work.collapses;
     for _ in 0..MOST_PASSES {
-        let collapses = pass(surface, h, work);
+        let collapses = pass(surface, h, &mut active, work);
         work.collapses += collapses;
         if collapses * FEW <= surface.points.len() {
             break;
         }
     }
+    if work.collapses > before {
+        close_holes(surface);
+    }
 }
 
-fn pass(surface: &mut Surface, h: f64, work: &mut Work) -> usize {
+/// One pass over the short edges that have an end near where the last one changed something: others would be
+/// refused again. `active` says which vertices are, before and after.
+fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) -> usize {
     // A vertex takes part once a pass, so that collapses do not pile up in one place.
     let mut touched = vec![false; surface.points.len()];
-    let mut collapses = 0;
     let mut kept_vertices = Vec::new();
-    // Downwards: where an edge is removed the last takes its number, and that has been looked at.
-    let mut edge = surface.mesh.edge_count() as u32;
-    while edge > 0 {
-        edge -= 1;
-        if edge as usize >= surface.mesh.edge_count() || surface.mesh.length(edge) >= SHORT * h {
+    // Edges that have gone are infinitely long. Few of the short ones may be collapsed.
+    let mesh = &surface.mesh;
+    let short: Vec<u32> = (0..mesh.edge_count() as u32)
+        .into_par_iter()
+        .with_min_len(4096)
+        .filter(|&e| {
+            let is_active = || mesh.edge_vertices(e).into_iter().any(|v| active[v as usize]);
+            mesh.length(e) < SHORT * h && is_active() && collapsible(surface, e, h).is_some()
+        })
+        .collect();
+    for edge in short {
+        if surface.mesh.length(edge) == f64::INFINITY
+            || surface.mesh.edge_vertices(edge).into_iter().any(|v| touched[v as usize])
+        {
             continue;
         }
-        let half = surface.mesh.edge_halfedge(edge);
-        let Some(twin) = surface.mesh.twin(half) else { continue };
-        let ends = surface.mesh.edge_vertices(edge);
-        if ends.iter().any(|&v| touched[v as usize]) {
-            continue;
+        // The stars around may have changed since it was asked over all threads.
+        let Some(half) = collapsible(surface, edge, h) else { continue };
+        let Surface { mesh, points, .. } = surface;
+        let kept = mesh.tail(half);
+        for e in mesh.complex.collapse(half) {
+            mesh.lengths[e as usize] = f64::INFINITY;
         }
-        let Some(half) = [half, twin].into_iter().find(|&half| may_collapse(surface, half, h)) else {
-            continue;
-        };
-        let (kept, gone) = (surface.mesh.tail(half), surface.mesh.tip(half));
-        for e in surface.mesh.complex.collapse(half) {
-            surface.mesh.lengths.swap_remove(e as usize);
-        }
-        surface.points.swap_remove(gone as usize);
-        surface.origins.swap_remove(gone as usize);
-        touched.swap_remove(gone as usize);
-        // The last vertex may be the one kept.
-        let kept = if kept as usize == surface.points.len() { gone } else { kept };
         touched[kept as usize] = true;
         kept_vertices.push(kept);
-        let around: Vec<u32> = surface.mesh.outgoing(kept).collect();
-        for out in around {
-            let (tip, e) = (surface.mesh.tip(out), surface.mesh.halfedge_edge(out));
-            surface.mesh.lengths[e as usize] =
-                surface.points[kept as usize].distance(surface.points[tip as usize]);
+        for out in mesh.complex.outgoing(kept) {
+            let (tip, e) = (mesh.complex.tip(out), mesh.complex.halfedge_edge(out));
+            mesh.lengths[e as usize] = points[kept as usize].distance(points[tip as usize]);
             touched[tip as usize] = true;
         }
-        collapses += 1;
     }
-    // Vertices may have been renumbered since: then others are looked at, to no harm.
     let mut queue = EdgeQueue::default();
     let mesh = &surface.mesh;
-    for v in kept_vertices.into_iter().filter(|&v| (v as usize) < mesh.vertex_count()) {
-        for h in mesh.outgoing(v) {
-            queue.push(mesh.halfedge_edge(h));
-            queue.push(mesh.halfedge_edge(mesh.next(h)));
-        }
+    for h in kept_vertices.iter().flat_map(|&v| mesh.outgoing(v)) {
+        queue.push(mesh.halfedge_edge(h));
+        queue.push(mesh.halfedge_edge(mesh.next(h)));
     }
     work.chord_flips += flip_towards_delaunay(&mut surface.mesh, &surface.points, f64::INFINITY, &mut queue);
-    collapses
+    *active = touched;
+    kept_vertices.len()
+}
+
+fn close_holes(surface: &mut Surface) {
+    let Surface { mesh, origins, points } = surface;
+    let survivors = mesh.complex.compact();
+    keep(&mut mesh.lengths, &survivors.edges);
+    keep(points, &survivors.vertices);
+    keep(origins, &survivors.vertices);
+}
+
+/// The half-edge of an edge, i → j, that may be collapsed into i.
+fn collapsible(surface: &Surface, edge: u32, h: f64) -> Option<u32> {
+    let half = surface.mesh.edge_halfedge(edge);
+    let twin = surface.mesh.twin(half)?;
+    [half, twin].into_iter().find(|&half| may_collapse(surface, half, h))
 }
 
 /// Whether the edge of `half`, i → j, may be collapsed into i.
 fn may_collapse(surface: &Surface, half: u32, h: f64) -> bool {
     let (mesh, points) = (&surface.mesh, &surface.points);
-    if !mesh.can_collapse(half) {
-        return false;
-    }
     let (i, j) = (mesh.tail(half), mesh.tip(half));
-    let target = points[i as usize];
-    mesh.outgoing(j).all(|out| {
-        let [_, a, b] = [out, mesh.next(out), mesh.previous(out)].map(|h| mesh.tail(h));
-        if a == i || b == i {
-            return true;
-        }
-        let (pa, pb) = (points[a as usize], points[b as usize]);
-        let normal = |p: DVec3| (pa - p).cross(pb - p).normalize_or_zero();
-        let turned = normal(points[j as usize]).dot(normal(target));
-        pa.distance(target) <= LONG * h && turned >= LEAST_COSINE
-    })
+    let (source, target) = (points[j as usize], points[i as usize]);
+    // Only the link condition looks further than the star of j.
+    !mesh.is_boundary_vertex(j)
+        && mesh.outgoing(j).all(|out| points[mesh.tip(out) as usize].distance(target) <= LONG * h)
+        && mesh.outgoing(j).all(|out| {
+            let [a, b] = [mesh.tip(out), mesh.tail(mesh.previous(out))];
+            let (pa, pb) = (points[a as usize], points[b as usize]);
+            let normal = |p: DVec3| (pa - p).cross(pb - p).normalize_or_zero();
+            a == i || b == i || normal(source).dot(normal(target)) >= LEAST_COSINE
+        })
+        && mesh.can_collapse(half)
 }

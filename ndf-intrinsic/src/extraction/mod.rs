@@ -2,29 +2,40 @@
 //! (Noma et al. 2026; the steps below are this project's).
 //!
 //! 1. Start from the base mesh Ω′; the length of an edge is that of its chord, `|g(i) − g(j)|`.
-//! 2. Split edges longer than 4h/3 in the middle of their course over Ω′, which normal coordinates know; all new
-//!    vertices of a round are mapped in one batch. Flip towards Delaunay; repeat.
-//! 3. Collapse edges much shorter than h; this makes meshes coarser than Ω′.
-//! 4. Relax vertices over Ω′ towards well-shaped triangles, one batch a round, flipping in between.
-//! 5. Freeze the lengths and flip to the intrinsic Delaunay triangulation.
+//! 2. Halve long edges in the middle of their course over Ω′, which normal coordinates know, and flip towards
+//!    Delaunay, until edges are near the base mesh's or near h.
+//! 3. Cut what that gives by template, over all threads, until no edge is longer than 4h/3: points between corners
+//!    of a face lie in the face. All new vertices of a round are mapped in one batch.
+//! 4. Flip towards Delaunay; collapse edges much shorter than h; this makes meshes coarser than Ω′.
+//! 5. Relax vertices over Ω′ towards well-shaped triangles, flipping in between.
+//! 6. Freeze the lengths and flip to the intrinsic Delaunay triangulation.
 //!
-//! Chords change under flips of step 2 to 4, so those end only because each improves its own edge and they are
-//! limited in number. Step 5 always ends. Every property of the result is computed: see [`ExtractionReport`].
+//! Chords change under flips of steps 2 to 5, so those end only because each improves its own edge and they are
+//! limited in number. Step 6 always ends. Every property of the result is computed: see [`ExtractionReport`].
 
 mod chords;
+mod coarse;
 mod coarsen;
-mod refine;
+mod curve;
 mod relax;
-mod renumber;
 mod report;
+mod subdivide;
+mod templates;
 
 use ndf_core::sampling::FaceSample;
 use ndf_core::{DVec3, DisplacementField, ManifoldMesh, TriangleMesh};
+use rayon::prelude::*;
 
 pub use report::ExtractionReport;
 
+use report::IntrinsicFigures;
+
+use crate::delaunay::{flip_to_delaunay, violating};
+use crate::delta_complex::DeltaComplex;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
 
+/// Edges longer than this many h are split: their halves are then about as far below h as they were above.
+const LONG: f64 = 4.0 / 3.0;
 /// Faces flatter than this, relative to the mean edge, are mollified before the final flips.
 const MOLLIFICATION: f64 = 1e-10;
 
@@ -44,7 +55,7 @@ pub struct ExtractionOptions {
 impl ExtractionOptions {
     /// Triangles with sides of about `edge_length`, well shaped.
     pub fn new(edge_length: f64) -> Self {
-        Self { edge_length, most_faces: 50_000_000, relaxations: 3, collapse: true }
+        Self { edge_length, most_faces: 50_000_000, relaxations: 2, collapse: true }
     }
 }
 
@@ -83,6 +94,19 @@ struct Surface {
     points: Vec<DVec3>,
 }
 
+impl Surface {
+    /// Makes all edges as long as their chords.
+    fn measure(&mut self) {
+        let Self { mesh, points, .. } = self;
+        let IntrinsicMesh { complex, lengths } = mesh;
+        let chord = |(length, e): (&mut f64, u32)| {
+            let [a, b] = complex.edge_vertices(e);
+            *length = points[a as usize].distance(points[b as usize]);
+        };
+        lengths.par_iter_mut().zip(0..complex.edge_count() as u32).with_min_len(4096).for_each(chord);
+    }
+}
+
 /// Counts of what was done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Work {
@@ -107,30 +131,51 @@ pub fn extract(
         return Err(ExtractionError::EdgeLength(h));
     }
     let mut work = Work::default();
-    let mut surface = refine::refine(field, options, &mut work)?;
-    surface = renumber::renumber(&surface);
+    let limit = LONG * h;
+    let coarse = coarse::refine(field, limit, options, &mut work)?;
+    let mut surface = subdivide::subdivide(field, coarse, limit, options, &mut work)?;
+    chords::flip_all(&mut surface, &mut work);
     if options.collapse {
         coarsen::collapse_short(&mut surface, h, &mut work);
     }
     for _ in 0..options.relaxations {
-        relax::relax(&mut surface, field, &mut work)?;
+        relax::relax(&mut surface, field, h, &mut work)?;
         chords::flip_all(&mut surface, &mut work);
     }
     Ok(finish(field, h, surface, work))
 }
 
-/// Step 5, and the report.
+/// Step 6, and the report.
 fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -> Extraction {
     let Surface { mesh: chords, origins, points } = surface;
-    let mut intrinsic = chords.clone();
+    let mut intrinsic = chords;
     let mollification: Mollification = intrinsic.mollify(MOLLIFICATION);
-    let flips = intrinsic.flip_to_delaunay();
-    work.intrinsic_flips = flips.flips;
-    let embeds_intrinsic = flips.flips == 0 || intrinsic.is_simplicial();
-    let embedded = if embeds_intrinsic { &intrinsic } else { &chords };
-    let faces = (0..embedded.face_count() as u32).map(|f| embedded.face_vertices(f)).collect();
-    let mesh = TriangleMesh::new(points, faces).expect("corners of a complex are its vertices");
-    let mesh = ManifoldMesh::try_from(mesh).expect("an oriented simplicial surface is a manifold mesh");
-    let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, mollification, work);
+    let mut queue = violating(&intrinsic);
+    let before = (!queue.is_empty()).then(|| intrinsic.complex().clone());
+    work.intrinsic_flips = flip_to_delaunay(&mut intrinsic, &mut queue, |_, _| {}).flips;
+    let before = before.filter(|_| !intrinsic.is_simplicial());
+    let embeds_intrinsic = before.is_none();
+    let (mesh, metric) = rayon::join(
+        || embedded(before.as_ref().unwrap_or(intrinsic.complex()), points),
+        || IntrinsicFigures::of(&intrinsic, mollification),
+    );
+    let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, work);
     Extraction { intrinsic, mesh, origins, report }
+}
+
+/// The mesh of a simplicial complex and its vertices.
+fn embedded(complex: &DeltaComplex, points: Vec<DVec3>) -> ManifoldMesh {
+    let faces = (0..complex.face_count() as u32).into_par_iter().map(|f| complex.face_vertices(f)).collect();
+    let twins = complex.halfedges.par_iter().map(|h| h.twin).collect();
+    let mesh = TriangleMesh::new(points, faces).expect("corners of a complex are its vertices");
+    ManifoldMesh::with_twins(mesh, twins).expect("an oriented simplicial surface is a manifold mesh")
+}
+
+/// g at every place.
+fn map(field: &DisplacementField, places: &[FaceSample]) -> Result<Vec<DVec3>, ExtractionError> {
+    let points = field.map(places);
+    match points.par_iter().position_first(|p| !p.is_finite()) {
+        Some(i) => Err(ExtractionError::NotFinite(places[i].face)),
+        None => Ok(points),
+    }
 }

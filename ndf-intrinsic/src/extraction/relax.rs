@@ -4,63 +4,90 @@ use ndf_core::sampling::FaceSample;
 use ndf_core::{DVec3, DisplacementField, ManifoldMesh};
 use rayon::prelude::*;
 
-use super::refine::map;
-use super::{ExtractionError, Surface, Work};
+use super::{ExtractionError, Surface, Work, map};
+use crate::intrinsic_mesh::IntrinsicMesh;
 
 /// How far of the way to the centre of its star a vertex goes: all vertices move at once.
 const STEP: f64 = 0.8;
+/// Vertices a thread takes at a time.
+const CHUNK: usize = 4096;
+/// Shorter moves, as a fraction of h, are not worth an evaluation.
+const STILL: f64 = 0.05;
 /// A move that ends farther from its target than this fraction of the way is not made.
 const ASTRAY: f64 = 0.7;
 /// Base faces a vertex may pass in one move.
 const MOST_FACES: usize = 64;
 
-/// Moves every inner vertex towards the area-weighted centre of its faces (Botsch and Kobbelt 2004), within
-/// the surface: the displacement's tangential part is walked over Ω′, where g is near the identity, and all new
-/// places are mapped in one batch.
+/// Moves inner vertices towards the area-weighted centre of their faces (Botsch and Kobbelt 2004), all at once and
+/// within the surface: the displacement's tangential part is walked over Ω′, where g is near the identity.
+/// Vertices that are there, but for a fraction of `h`, stay.
 pub(super) fn relax(
     surface: &mut Surface,
     field: &DisplacementField,
+    h: f64,
     work: &mut Work,
 ) -> Result<(), ExtractionError> {
-    let Surface { mesh, origins, points } = &*surface;
-    let moves: Vec<(FaceSample, DVec3)> = (0..points.len() as u32)
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|v| {
-            let origin = origins[v as usize];
-            let here = points[v as usize];
-            if mesh.is_boundary_vertex(v) {
-                return (origin, here);
+    let Surface { mesh, origins, points } = surface;
+    let mut moved = points.clone();
+    let evaluations: Vec<Result<usize, ExtractionError>> = moved
+        .par_chunks_mut(CHUNK)
+        .zip(origins.par_chunks_mut(CHUNK))
+        .enumerate()
+        .map(|(chunk, (moved, origins))| {
+            let first = chunk * CHUNK;
+            let moves: Vec<(usize, FaceSample, DVec3)> = (0..moved.len())
+                .filter_map(|k| {
+                    let step = step_to_centre(mesh, points, (first + k) as u32)?;
+                    let far = step.length_squared() > (STILL * h) * (STILL * h);
+                    far.then(|| (k, walk(field.base(), origins[k], step), points[first + k] + step))
+                })
+                .collect();
+            let places: Vec<FaceSample> = moves.iter().map(|&(_, place, _)| place).collect();
+            for ((k, place, target), point) in moves.into_iter().zip(map(field, &places)?) {
+                // Where g is far from the identity the walk may lead astray: then the vertex stays.
+                if point.distance(target) < ASTRAY * points[first + k].distance(target) {
+                    (moved[k], origins[k]) = (point, place);
+                }
             }
-            let (mut normal, mut pull, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-            for h in mesh.outgoing(v) {
-                let [a, b] = [mesh.next(h), mesh.previous(h)].map(|h| points[mesh.tail(h) as usize] - here);
-                let cross = a.cross(b);
-                let weight = cross.length();
-                normal += cross;
-                pull += weight * (a + b) / 3.0;
-                area += weight;
-            }
-            let normal = normal.normalize_or_zero();
-            if area <= 0.0 || !area.is_finite() || normal == DVec3::ZERO {
-                return (origin, here);
-            }
-            let step = STEP / area * pull;
-            let tangential = step - step.dot(normal) * normal;
-            (walk(field.base(), origin, tangential), here + tangential)
+            Ok(places.len())
         })
         .collect();
-    let places: Vec<FaceSample> = moves.iter().map(|&(place, _)| place).collect();
-    let mapped = map(field, &places, work)?;
-    for (v, ((place, target), point)) in moves.into_iter().zip(mapped).enumerate() {
-        // Where g is far from the identity the walk may lead astray: then the vertex stays.
-        let here = surface.points[v];
-        if point.distance(target) < ASTRAY * here.distance(target) {
-            surface.points[v] = point;
-            surface.origins[v] = place;
-        }
+    *points = moved;
+    for evaluations in evaluations {
+        work.evaluations += evaluations?;
     }
     Ok(())
+}
+
+/// The tangential step of an inner vertex.
+fn step_to_centre(mesh: &IntrinsicMesh, points: &[DVec3], v: u32) -> Option<DVec3> {
+    if mesh.is_boundary_vertex(v) {
+        return None;
+    }
+    let here = points[v as usize];
+    let (mut normal, mut pull, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    let start = mesh.vertex_halfedge(v);
+    let mut a = points[mesh.tip(start) as usize] - here;
+    let mut h = start;
+    loop {
+        let last = mesh.previous(h);
+        let b = points[mesh.tail(last) as usize] - here;
+        let cross = a.cross(b);
+        let weight = cross.length();
+        normal += cross;
+        pull += weight * (a + b);
+        area += weight;
+        (a, h) = (b, mesh.halfedges[last as usize].twin);
+        if h == start {
+            break;
+        }
+    }
+    let normal = normal.normalize_or_zero();
+    if area <= 0.0 || !area.is_finite() || normal == DVec3::ZERO {
+        return None;
+    }
+    let step = STEP / (3.0 * area) * pull;
+    Some(step - step.dot(normal) * normal)
 }
 
 /// Where one gets from a place by following the part of `step` that is tangential to the mesh, straight on

@@ -5,7 +5,6 @@ use ndf_core::{DisplacementField, ManifoldMesh};
 
 use super::Work;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
-use crate::triangle;
 
 /// What extraction did, and the properties of its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +60,25 @@ pub struct ExtractionReport {
     pub evaluations: usize,
 }
 
+/// What is true of the intrinsic metric.
+pub(super) struct IntrinsicFigures {
+    mollification: Mollification,
+    delaunay_fraction: f64,
+    slack: f64,
+    smallest_angle: f64,
+}
+
+impl IntrinsicFigures {
+    pub(super) fn of(mesh: &IntrinsicMesh, mollification: Mollification) -> Self {
+        Self {
+            mollification,
+            delaunay_fraction: mesh.delaunay_fraction(),
+            slack: mesh.slack(),
+            smallest_angle: mesh.smallest_angle(),
+        }
+    }
+}
+
 impl ExtractionReport {
     pub(super) fn of(
         field: &DisplacementField,
@@ -68,14 +86,13 @@ impl ExtractionReport {
         intrinsic: &IntrinsicMesh,
         mesh: &ManifoldMesh,
         embeds_intrinsic: bool,
-        mollification: Mollification,
+        metric: IntrinsicFigures,
         work: Work,
     ) -> Self {
-        let (quality, (checked, delaunay_intrinsic_fraction)) =
-            rayon::join(|| Quality::of(mesh), || (intrinsic.check().is_ok(), intrinsic.delaunay_fraction()));
-        let smallest = (0..intrinsic.face_count() as u32)
-            .map(|f| triangle::smallest_angle(intrinsic.sides(f)))
-            .fold(f64::INFINITY, f64::min);
+        let quality = Quality::of(mesh);
+        let IntrinsicFigures { mollification, delaunay_fraction, slack, smallest_angle } = metric;
+        // A manifold mesh is proof of the complex it has its faces and twins from.
+        let checked = embeds_intrinsic || intrinsic.check().is_ok();
         Self {
             vertices: mesh.vertex_count(),
             faces: mesh.face_count(),
@@ -84,14 +101,14 @@ impl ExtractionReport {
             oriented: checked,
             euler_characteristic: mesh.euler_characteristic(),
             base_euler_characteristic: field.base().euler_characteristic(),
-            delaunay_intrinsic: delaunay_intrinsic_fraction == 1.0,
-            delaunay_intrinsic_fraction,
+            delaunay_intrinsic: delaunay_fraction == 1.0,
+            delaunay_intrinsic_fraction: delaunay_fraction,
             delaunay_embedded_fraction: quality.delaunay_fraction,
             embeds_intrinsic,
-            least_slack: intrinsic.slack(),
+            least_slack: slack,
             mollification,
             min_angle_deg: quality.min_angle_deg,
-            intrinsic_min_angle_deg: smallest.to_degrees(),
+            intrinsic_min_angle_deg: smallest_angle.to_degrees(),
             edge_length: quality.edge_length,
             target_edge_length: h,
             longest_in_h: quality.edge_length.max / h,

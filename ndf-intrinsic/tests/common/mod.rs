@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test file uses its own share")]
 #![allow(clippy::unwrap_used, reason = "these are tests")]
 
+pub(crate) mod signposts;
+
 use std::collections::BTreeMap;
 
 use ndf_core::mesh::shapes;

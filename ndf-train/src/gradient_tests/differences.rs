@@ -1,6 +1,9 @@
 //! Agreement with central differences, in f64.
 
-use ndf_core::network::MlpShape;
+use ndf_core::network::{Activation, MlpShape};
+use rayon::prelude::*;
+
+use crate::settings::ReverseMap;
 
 use super::{
     Epoch, FEATURES, LAMBDA_C, LAMBDA_P, OCTAVES, REVERSE_OCTAVES, SAMPLES, Weights, epoch, relative_error,
@@ -16,6 +19,21 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Value and slope of an activation, by the definition.
+fn activate(activation: Activation, x: f64) -> (f64, f64) {
+    let below = if x > 0.0 { 1.0 } else { 0.01 };
+    match activation {
+        Activation::Relu => (x.max(0.0), f64::from(x > 0.0)),
+        Activation::LeakyRelu => (below * x, below),
+        Activation::Silu => {
+            let s = 1.0 / (1.0 + (-x).exp());
+            (x * s, s + x * s * (1.0 - s))
+        }
+        Activation::Sine => (x.sin(), x.cos()),
+        Activation::Tanh => (x.tanh(), 1.0 - x.tanh().powi(2)),
+    }
+}
+
 /// Value and derivative in a direction of a network, by the definition.
 fn network(shape: &MlpShape, parameters: &[f64], mut h: Vec<f64>, mut t: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let mut rest = parameters;
@@ -29,9 +47,8 @@ fn network(shape: &MlpShape, parameters: &[f64], mut h: Vec<f64>, mut t: Vec<f64
         let mut s: Vec<f64> = (0..*outputs).map(|j| row(j, &t)).collect();
         if l + 1 < layers.len() {
             for (y, s) in y.iter_mut().zip(&mut s) {
-                if *y <= 0.0 {
-                    (*y, *s) = (0.0, 0.0);
-                }
+                let (value, slope) = activate(shape.activation, *y);
+                (*y, *s) = (value, slope * *s);
             }
         }
         (h, t) = (y, s);
@@ -76,7 +93,7 @@ fn g(e: &Epoch, features: &[f64], theta: &[f64], face: u32, at: Vector, along: V
 fn loss(e: &Epoch, weights: Weights, features: &[f64], theta: &[f64], phi: &[f64]) -> f64 {
     let wide = |v: [f32; 3]| v.map(f64::from);
     let mut total = 0.0;
-    for (sample, target) in e.samples.iter().zip(&e.targets) {
+    for ((sample, target), origin) in e.samples.iter().zip(&e.targets).zip(&e.origins) {
         let [u, v] = e.frames[sample.face as usize];
         let along = |d: [f32; 3]| g(e, features, theta, sample.face, wide(sample.barycentric), wide(d));
         let ([x, y, ju], [_, _, jv]) = (along(u), along(v));
@@ -84,7 +101,16 @@ fn loss(e: &Epoch, weights: Weights, features: &[f64], theta: &[f64], phi: &[f64
         let input = [y.to_vec(), code].concat();
         let zeros = vec![0.0; input.len()];
         let (back, _) = network(e.phi.shape(), phi, input, zeros);
-        let cycle: f64 = (0..3).map(|c| (y[c] + back[c] - x[c]).powi(2)).sum();
+        let start = match e.reverse_map {
+            ReverseMap::Plain => [0.0; 3],
+            ReverseMap::Residual => y,
+            ReverseMap::ClosestPoint => {
+                let (point, normal) = (wide(origin.point), wide(origin.normal));
+                let height = dot(normal, [0, 1, 2].map(|c| y[c] - point[c]));
+                [0, 1, 2].map(|c| y[c] - height * normal[c])
+            }
+        };
+        let cycle: f64 = (0..3).map(|c| (start[c] + back[c] - x[c]).powi(2)).sum();
 
         let away = [0, 1, 2].map(|c| y[c] - f64::from(target.foot[c]));
         let (normal, outward) = (wide(target.normal), wide(target.surface_normal));
@@ -109,17 +135,21 @@ fn loss(e: &Epoch, weights: Weights, features: &[f64], theta: &[f64], phi: &[f64
 #[test]
 fn gradients_agree_with_central_differences() {
     let alone = |k: usize| std::array::from_fn(|i| if i == k { LAMBDA_P } else { 0.0 });
-    let mut cases: Vec<Weights> = (0..5).map(alone).collect();
-    cases.push([3.0, 0.2, 0.1, 0.5, 2.0]);
-    for weights in cases {
-        let e = epoch(weights);
+    let together = [3.0, 0.2, 0.1, 0.5, 2.0];
+    let (residual, relu) = (ReverseMap::Residual, Activation::Relu);
+    let mut cases: Vec<_> = (0..5).map(|k| (alone(k), residual, relu)).collect();
+    cases.extend([ReverseMap::Plain, residual, ReverseMap::ClosestPoint].map(|map| (together, map, relu)));
+    cases.extend(Activation::ALL.map(|activation| (together, residual, activation)));
+    for (weights, reverse_map, activation) in cases {
+        let e = epoch(weights, reverse_map, activation);
         let wide = |x: &[f32]| x.iter().map(|&v| f64::from(v)).collect::<Vec<_>>();
         let groups = [wide(&e.features), wide(e.theta.parameters()), wide(e.phi.parameters())];
         let value = loss(&e, weights, &groups[0], &groups[1], &groups[2]);
-        assert!((value - e.loss).abs() < 1e-6 * value, "{weights:?}: {value} {}", e.loss);
+        let case = format!("{weights:?}, {reverse_map:?}, {activation:?}");
+        assert!((value - e.loss).abs() < 1e-6 * value, "{case}: {value} {}", e.loss);
         let h = 1e-7;
         for (group, found) in [&e.by_features, &e.by_theta, &e.by_phi].into_iter().enumerate() {
-            let picks: Vec<usize> = (0..found.len()).step_by(7).collect();
+            let picks: Vec<usize> = (0..found.len()).step_by(11).collect();
             let slope = |&i: &usize| {
                 let at = |h: f64| {
                     let mut moved = groups.clone();
@@ -128,10 +158,10 @@ fn gradients_agree_with_central_differences() {
                 };
                 (at(h) - at(-h)) / (2.0 * h)
             };
-            let truth: Vec<f64> = picks.iter().map(slope).collect();
+            let truth: Vec<f64> = picks.par_iter().map(slope).collect();
             let found: Vec<f32> = picks.iter().map(|&i| found[i]).collect();
             let error = relative_error(&found, &truth);
-            assert!(error < 1e-5, "{weights:?}, group {group}: {error:.1e}");
+            assert!(error < 1e-5, "{case}, group {group}: {error:.1e}");
         }
     }
 }

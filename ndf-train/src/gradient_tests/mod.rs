@@ -9,13 +9,14 @@ use std::sync::Arc;
 use ndf_core::ManifoldMesh;
 use ndf_core::field::{SampleEncoding, sample_encoding};
 use ndf_core::mesh::shapes;
-use ndf_core::network::{Mlp, MlpShape, Packed};
+use ndf_core::network::{Activation, Mlp, MlpShape, Packed};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::batch::Sample;
+use crate::batch::{Origin, Sample};
 use crate::objective::Objective;
+use crate::settings::ReverseMap;
 use crate::step::{Chunk, Model, Step};
 use crate::terms::{
     Conformal, Dirichlet, LossTerm, NormalAlignment, PointTarget, ProjectionDistance, Target,
@@ -53,6 +54,8 @@ struct Epoch {
     frames: Vec<[[f32; 3]; 2]>,
     samples: Vec<Sample>,
     targets: Vec<Target>,
+    origins: Vec<Origin>,
+    reverse_map: ReverseMap,
     features: Vec<f32>,
     theta: Mlp,
     phi: Mlp,
@@ -62,22 +65,23 @@ struct Epoch {
     by_phi: Vec<f32>,
 }
 
-fn epoch(weights: Weights) -> Epoch {
+fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> Epoch {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
     assert_eq!(base.vertex_count(), VERTICES);
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     let features: Vec<f32> = (0..VERTICES * FEATURES).map(|_| rng.random_range(-1.0..1.0)).collect();
-    let shape = |inputs| MlpShape { inputs, hidden: vec![HIDDEN; 2], outputs: 3 };
+    let shape = |inputs| MlpShape { inputs, hidden: vec![HIDDEN; 2], outputs: 3, activation };
     let theta = Mlp::kaiming(shape(THETA_INPUTS), &mut rng);
     let phi = Mlp::kaiming(shape(PHI_INPUTS), &mut rng);
     let mut samples = Vec::new();
-    let mut targets = Vec::new();
+    let (mut targets, mut origins) = (Vec::new(), Vec::new());
     for _ in 0..SAMPLES {
         let (a, b) = (rng.random_range(0.0..0.5_f32), rng.random_range(0.0..0.5_f32));
         samples.push(Sample { face: rng.random_range(0..80), barycentric: [1.0 - a - b, a, b] });
         let mut point = || [0; 3].map(|_| rng.random_range(-1.0..1.0_f32));
         let unit = |v: [f32; 3]| v.map(|x| x / v.iter().map(|x| x * x).sum::<f32>().sqrt());
         targets.push(Target { foot: point(), normal: unit(point()), surface_normal: unit(point()) });
+        origins.push(Origin { point: point(), normal: unit(point()) });
     }
     let positions = sample_encoding::single(base.positions());
     let frames: Vec<[[f32; 3]; 2]> =
@@ -86,8 +90,7 @@ fn epoch(weights: Weights) -> Epoch {
     let weighted_terms = weights.into_iter().zip(terms()).filter(|(w, _)| *w > 0.0).collect();
     let objective = Objective { terms: weighted_terms, lambda_c: LAMBDA_C, is_identity: false };
     let mut chunk = Chunk::new(&packed.0, &packed.1, &objective);
-    let encodings = objective.encodings();
-    let mut dz = vec![0.0; SAMPLES * FEATURES * encodings];
+    let mut corners = vec![0.0; 3 * FEATURES * base.face_count()];
     let encoding = SampleEncoding {
         faces: base.faces(),
         positions: &positions,
@@ -100,6 +103,7 @@ fn epoch(weights: Weights) -> Epoch {
         frames: &frames,
         theta: &packed.0,
         phi: &packed.1,
+        reverse_map,
         reverse_octaves: REVERSE_OCTAVES,
         residual: true,
     };
@@ -110,7 +114,9 @@ fn epoch(weights: Weights) -> Epoch {
         chunk: &mut chunk,
         samples: &samples,
         targets: &targets,
-        encoding_gradients: &mut dz,
+        origins: &origins,
+        first_face: 0,
+        corner_gradients: &mut corners,
     });
 
     let mut by_theta = vec![0.0; theta.parameters().len()];
@@ -118,15 +124,10 @@ fn epoch(weights: Weights) -> Epoch {
     chunk.theta_gradients.add_to(&mut by_theta);
     chunk.phi_gradients.add_to(&mut by_phi);
     let mut by_features = vec![0.0; features.len()];
-    for (sample, dz) in samples.iter().zip(dz.chunks_exact(FEATURES * encodings)) {
-        let [u, v] = frames[sample.face as usize];
-        for (c, vertex) in base.faces()[sample.face as usize].iter().enumerate() {
-            for (factor, dz) in [sample.barycentric[c], u[c], v[c]].iter().zip(dz.chunks_exact(FEATURES)) {
-                for (k, dz) in dz.iter().enumerate() {
-                    by_features[*vertex as usize * FEATURES + k] += factor * dz;
-                }
-            }
-        }
+    let vertices = base.faces().iter().flatten();
+    for (&vertex, gradient) in vertices.zip(corners.chunks_exact(FEATURES)) {
+        let of_vertex = &mut by_features[vertex as usize * FEATURES..][..FEATURES];
+        of_vertex.iter_mut().zip(gradient).for_each(|(to, from)| *to += from);
     }
     let sums = objective.terms.iter().zip(&chunk.terms).map(|((w, _), sum)| f64::from(*w) * sum);
     let weighted = sums.sum::<f64>() + f64::from(LAMBDA_C) * chunk.cycle;
@@ -136,6 +137,8 @@ fn epoch(weights: Weights) -> Epoch {
         frames,
         samples,
         targets,
+        origins,
+        reverse_map,
         features,
         theta,
         phi,

@@ -1,13 +1,14 @@
 //! Agreement with the tape of dfdx, in f32.
 
 use dfdx::prelude::*;
-use ndf_core::network::Mlp;
+use ndf_core::network::{Activation, Mlp};
 
 use super::{
     Epoch, FEATURES, HIDDEN, LAMBDA_C, LAMBDA_P, OCTAVES, PHI_INPUTS, REVERSE_OCTAVES, SAMPLES, THETA_INPUTS,
     VERTICES, epoch, relative_error,
 };
 use crate::batch::Sample;
+use crate::settings::ReverseMap;
 
 const WEIGHTS: super::Weights = [LAMBDA_P, 0.0, 0.0, 0.0, 0.0];
 
@@ -94,7 +95,7 @@ fn encoded<const INPUTS: usize>(
 
 #[test]
 fn gradients_agree_with_the_tape_of_dfdx() {
-    let e: Epoch = epoch(WEIGHTS);
+    let e: Epoch = epoch(WEIGHTS, ReverseMap::Residual, Activation::Relu);
     let device: Cpu = Cpu::default();
     let theta = Network::<THETA_INPUTS>::new(&device, &e.theta);
     let phi = Network::<PHI_INPUTS>::new(&device, &e.phi);

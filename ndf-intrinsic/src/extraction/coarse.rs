@@ -1,21 +1,21 @@
 //! Rounds of splits over the base mesh, in integer coordinates.
 
 use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField, SurfacePoint};
+use ndf_core::{DisplacementField, SurfacePoint};
 
-use super::chords::{flip_all, flip_towards_delaunay};
-use super::{ExtractionError, ExtractionOptions, Surface, Work};
+use super::chords::flip_towards_delaunay;
+use super::map;
+use super::subdivide::Coarse;
+use super::{ExtractionError, ExtractionOptions, Work};
 use crate::delaunay::{EdgeQueue, Flip, Quad, quad_edges};
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 
-/// Edges longer than this many h are split: their halves are then about as far below h as they were above.
-const LONG: f64 = 4.0 / 3.0;
 /// Flips may leave no turn with a smaller sine than this on Ω′: chords there do not see slivers of Ω′ come about.
 const STRAIGHT: f64 = 1e-3;
 /// Rounds halve edges: so many more than that takes are granted. Where g folds or stretches faces of Ω′ many times
-/// over, chords of slivers may stay long for ever; the report says how long.
-const EXTRA_ROUNDS: usize = 4;
+/// over, what Ω′ does not let flip may stay long; subdivision takes care of it.
+const EXTRA_ROUNDS: usize = 2;
 
 /// A triangulation of Ω′ by geodesics, flipped where chords want it and Ω′ allows it.
 struct OverBase<'m>(IntrinsicTriangulation<'m>);
@@ -25,21 +25,28 @@ impl Flip for OverBase<'_> {
         self.0.mesh()
     }
 
+    /// The lengths are those of geodesics, not of chords.
+    fn is_settled(&self, _edge: u32) -> bool {
+        false
+    }
+
     fn flip(&mut self, edge: u32, _chord: f64) -> bool {
         let convex = Quad::of(self.mesh(), edge).is_some_and(|quad| quad.is_convex(STRAIGHT));
         convex && self.0.flip(edge).is_ok()
     }
 }
 
-/// Splits edges of the mapped base mesh until none is longer than 4h/3.
+/// Splits edges of the mapped base mesh that are longer than its mean edge, rounded up to a power of two times
+/// `limit`, or than `limit` itself. So the work is of the order of the base mesh, however fine the result will be.
 ///
 /// Edges stay geodesics of Ω′: they are split in the middle of their course, and flips that Ω′ does not allow are
 /// left to later steps. So no triangle is turned over on Ω′, however far the chords' metric is from that of Ω′.
-pub(super) fn refine(
-    field: &DisplacementField,
+pub(super) fn refine<'f>(
+    field: &'f DisplacementField,
+    limit: f64,
     options: &ExtractionOptions,
     work: &mut Work,
-) -> Result<Surface, ExtractionError> {
+) -> Result<Coarse<'f>, ExtractionError> {
     let base = field.base();
     let mut triangulation = OverBase(IntrinsicTriangulation::new(base));
     let mut origins: Vec<FaceSample> = (0..base.vertex_count() as u32)
@@ -48,8 +55,15 @@ pub(super) fn refine(
             FaceSample { face, barycentric }
         })
         .collect();
-    let mut points = map(field, &origins, work)?;
-    let limit = LONG * options.edge_length;
+    let mut points = map(field, &origins)?;
+    let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: u32| {
+        let [a, b] = mesh.edge_vertices(e);
+        points[a as usize].distance(points[b as usize])
+    };
+    let mean = (0..base.edge_count() as u32).map(|e| chord(triangulation.mesh(), &points, e)).sum::<f64>()
+        / base.edge_count() as f64;
+    let limit = limit * (mean / limit).log2().ceil().max(0.0).exp2();
+
     let mut changed: Vec<u32> = (0..base.edge_count() as u32).collect();
     let mut rounds_left = usize::MAX;
     loop {
@@ -58,12 +72,8 @@ pub(super) fn refine(
         work.chord_flips += flip_towards_delaunay(&mut triangulation, &points, limit, &mut queue);
 
         let mesh = triangulation.mesh();
-        let chord = |e: u32| {
-            let [a, b] = mesh.edge_vertices(e);
-            points[a as usize].distance(points[b as usize])
-        };
         let mut long: Vec<(f64, u32)> = (0..mesh.edge_count() as u32)
-            .map(|e| (chord(e), e))
+            .map(|e| (chord(mesh, &points, e), e))
             .filter(|&(length, _)| length > limit)
             .collect();
         let longest = long.iter().map(|&(length, _)| length).fold(0.0, f64::max);
@@ -87,7 +97,7 @@ pub(super) fn refine(
             changed.extend(before..triangulation.mesh().edge_count() as u32);
         }
         let new = &triangulation.0.coordinates.places[origins.len() - base.vertex_count()..];
-        points.extend(map(field, new, work)?);
+        points.extend(map(field, new)?);
         origins.extend_from_slice(new);
         // The sides around the new edges may face other corners now.
         let mesh = triangulation.mesh();
@@ -97,21 +107,6 @@ pub(super) fn refine(
         work.splits += long.len();
         work.rounds += 1;
     }
-    let mut surface = Surface { mesh: triangulation.0.into_mesh(), origins, points };
-    flip_all(&mut surface, work);
-    Ok(surface)
-}
-
-/// g at every place.
-pub(super) fn map(
-    field: &DisplacementField,
-    places: &[FaceSample],
-    work: &mut Work,
-) -> Result<Vec<DVec3>, ExtractionError> {
-    work.evaluations += places.len();
-    let points = field.map(places);
-    match points.iter().position(|p| !p.is_finite()) {
-        Some(i) => Err(ExtractionError::NotFinite(places[i].face)),
-        None => Ok(points),
-    }
+    work.evaluations += origins.len();
+    Ok(Coarse { triangulation: triangulation.0, origins, points })
 }

@@ -1,0 +1,158 @@
+//! Measuring a process: its memory, its clock, and rivals that run beside it.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Instant;
+
+use serde_json::Value;
+
+use crate::shell::root;
+
+/// Variables that say how many threads libraries take.
+const THREADS: &[&str] = &["RAYON_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
+
+/// How many threads a process and the rivals it starts may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Threads {
+    One,
+    /// As many as each takes of its own accord.
+    Default,
+}
+
+/// Runs this program once more with other arguments and reads the JSON it prints: a process of its own for every mesh,
+/// so that memory is that mesh's.
+pub(crate) fn in_own_process(arguments: &[String], threads: Threads) -> Result<Value, String> {
+    let program = std::env::current_exe().map_err(|e| format!("own path: {e}"))?;
+    let mut command = Command::new(program);
+    for variable in THREADS {
+        match threads {
+            Threads::One => command.env(variable, "1"),
+            Threads::Default => command.env_remove(variable),
+        };
+    }
+    let output = command
+        .args(arguments)
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|e| format!("{arguments:?}: {e}"))?;
+    if !output.status.success() {
+        return Err(format!("{arguments:?}: {}", output.status));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|e| format!("{arguments:?}: {e}"))
+}
+
+/// Wall seconds of some work, and its result.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let result = work();
+    (start.elapsed().as_secs_f64(), result)
+}
+
+/// The median of some numbers.
+pub(crate) fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    match numbers[..] {
+        [] => f64::NAN,
+        _ if numbers.len() % 2 == 1 => numbers[middle],
+        _ => 0.5 * (numbers[middle - 1] + numbers[middle]),
+    }
+}
+
+/// Megabytes this process holds, and the most it has held since the last [`forget_peak`]; `None` where the system does
+/// not tell (it does on Linux).
+pub(crate) fn memory() -> Option<(f64, f64)> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let field = |name: &str| -> Option<f64> {
+        let line = status.lines().find_map(|line| line.strip_prefix(name))?;
+        Some(line.split_whitespace().next()?.parse::<f64>().ok()? * 1024.0 / 1e6)
+    };
+    Some((field("VmRSS:")?, field("VmHWM:")?))
+}
+
+/// Makes the memory held now the most that was held. Without effect where the system has no such thing.
+pub(crate) fn forget_peak() {
+    // Linux, since 4.0: see proc(5) on clear_refs.
+    let _ = fs::write("/proc/self/clear_refs", "5");
+}
+
+/// A folder for files that rivals read; gone with this value.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new() -> Result<Self, String> {
+        let folder = std::env::temp_dir().join(format!("ndf-xtask-{}", std::process::id()));
+        fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        Ok(Self(folder))
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes numbers as they lie in memory, little-endian.
+    pub(crate) fn write<const N: usize>(
+        &self,
+        name: &str,
+        numbers: impl Iterator<Item = [u8; N]>,
+    ) -> Result<(), String> {
+        let bytes: Vec<u8> = numbers.flatten().collect();
+        fs::write(self.0.join(name), bytes).map_err(|e| format!("{name}: {e}"))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A rival in Python that answers every line with a line of JSON.
+pub(crate) struct PythonPeer {
+    process: Child,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    /// What it said of itself at the start.
+    pub(crate) greeting: Value,
+}
+
+impl PythonPeer {
+    /// Starts a script of `xtask/peers`.
+    pub(crate) fn start(python: &Path, script: &str, arguments: &[String]) -> Result<Self, String> {
+        let mut process = Command::new(python)
+            .arg(root().join("xtask/peers").join(script))
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|e| format!("{}: {e}", python.display()))?;
+        let input = process.stdin.take();
+        let output = process.stdout.take().ok_or("no output")?;
+        let mut peer = Self { process, input, output: BufReader::new(output), greeting: Value::Null };
+        peer.greeting = peer.answer()?;
+        Ok(peer)
+    }
+
+    /// Asks for something and waits for the answer.
+    pub(crate) fn ask(&mut self, question: &str) -> Result<Value, String> {
+        let input = self.input.as_mut().ok_or("no input")?;
+        writeln!(input, "{question}").and_then(|()| input.flush()).map_err(|e| format!("{question}: {e}"))?;
+        self.answer()
+    }
+
+    fn answer(&mut self) -> Result<Value, String> {
+        let mut line = String::new();
+        self.output.read_line(&mut line).map_err(|e| e.to_string())?;
+        serde_json::from_str(&line).map_err(|e| format!("the rival said {line:?}: {e}"))
+    }
+}
+
+impl Drop for PythonPeer {
+    fn drop(&mut self) {
+        // Without input it ends.
+        self.input = None;
+        let _ = self.process.wait();
+    }
+}
