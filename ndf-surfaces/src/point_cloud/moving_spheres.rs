@@ -8,7 +8,7 @@ use super::local_planes::LocalPlanes;
 use super::neighbours::{Neighbour, Neighbours};
 
 /// Radius of a point's influence, in spacings and in standard deviations of the noise, which add up.
-const REACH_BY_SPACING: f64 = 3.5;
+const REACH_BY_SPACING: f64 = 3.0;
 const REACH_BY_NOISE: f64 = 6.0;
 
 /// How fast the radius of influence may change from point to point.
@@ -68,7 +68,7 @@ impl MovingSpheres {
         let positions = cloud.positions().to_vec();
         let normals = cloud.normals().expect("spheres are fitted to normals").to_vec();
         assert_eq!(positions.len(), planes.spacings.len());
-        let (spacing, noise) = (planes.spacing(), planes.noise());
+        let (spacing, noise) = (planes.spacing(), planes.noise);
         let wanted = planes.spacings.iter().map(|s| REACH_BY_SPACING * s + REACH_BY_NOISE * noise).collect();
         let reaches = gently_changing(wanted, &positions, &neighbours);
         let widest = reaches.iter().copied().fold(0.0, f64::max);

@@ -9,8 +9,8 @@ use ndf_core::DVec3;
 use super::super::cleaning::RawCloud;
 use super::Parsed;
 
-/// Points read at a time.
-const CHUNK: u64 = 1 << 14;
+/// Bytes of points read at a time, about: a point may announce 65,535 of them.
+const CHUNK: u64 = 1 << 20;
 
 /// Whether a file begins as LAS files do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -27,11 +27,12 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
 fn decode(bytes: Vec<u8>) -> Parsed {
     let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let announced = reader.header().number_of_points();
+    let chunk = (CHUNK / u64::from(reader.header().point_format().len()).max(1)).max(1);
     let mut data = PointDataBuilder::new().for_header(reader.header()).build();
     let mut positions = Vec::new();
     while (positions.len() as u64) < announced {
         let read = reader
-            .fill_points(CHUNK, &mut data)
+            .fill_points(chunk, &mut data)
             .map_err(|e| format!("it ends within its {announced} points: {e}"))?;
         if read == 0 {
             return Err(format!("it ends after {} of {announced} points", positions.len()));
