@@ -93,12 +93,14 @@ fn bad_fields_are_refused_with_a_sentence() {
     folder.write("unknown.safetensors", [&[8, 0, 0, 0, 0, 0, 0, 0][..], b"{}      "].concat());
     folder.write("cut.spz", b"NGSP\x03\x00\x00\x00\xff\xff\xff\xff\x00\x0c\x00\x00");
     folder.write("cut.h5", b"\x89HDF\r\n\x1a\n\x00");
+    folder.write("a.ksplat", [0x00, 0x01, 0x00, 0xff].repeat(99));
     for (file, said) in [
         ("cut.npy", "header"),
         ("legacy.pth", "os.system"),
         ("unknown.safetensors", "no tensors"),
         ("cut.spz", "4294967295 splats"),
         ("cut.h5", "HDF5"),
+        ("a.ksplat", "splats from PLY, SPZ and .splat"),
     ] {
         for command in ["info", "fit", "mesh"] {
             let all = [command, file, "-o", "out.ply"];
