@@ -21,7 +21,10 @@ fn meshes() -> Vec<(&'static str, Vec<u8>)> {
     let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
     let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
     let numbered = |first: u32, prefix: &str| -> String {
-        faces.iter().map(|face| format!("{prefix}{}\n", face.map(|v| (v + first).to_string()).join(" "))).collect()
+        faces
+            .iter()
+            .map(|face| format!("{prefix}{}\n", face.map(|v| (v + first).to_string()).join(" ")))
+            .collect()
     };
     let vertices = corners.join("\n");
     let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\

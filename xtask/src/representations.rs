@@ -35,8 +35,10 @@ const MODES: usize = 20;
 const PICTURE: (usize, usize) = (240, 180);
 
 /// Where the rows go.
-const TABLE: [&str; 2] =
-    ["<!-- table: cargo xtask representations FILE [--truth MESH] [--base-faces N] -->\n", "<!-- end of table -->"];
+const TABLE: [&str; 2] = [
+    "<!-- table: cargo xtask representations FILE [--truth MESH] [--base-faces N] -->\n",
+    "<!-- end of table -->",
+];
 
 /// Where the rows of cached fields go.
 const CACHES: [&str; 2] = ["<!-- caches: cargo xtask representations FILE -->\n", "<!-- end of caches -->"];
