@@ -227,8 +227,7 @@ fn decimated(reference: &Reference, python: Option<&Path>) -> Result<Vec<Rival>,
             rivals.push(Rival { geodesic, edgebreaker: None, sequential: None, plain });
             continue;
         };
-        scratch
-            .write("mesh.f64", mesh.positions().iter().flat_map(|p| p.to_array()).map(f64::to_le_bytes))?;
+        scratch.write("mesh.f64", mesh.positions().iter().flat_map(DVec3::to_array).map(f64::to_le_bytes))?;
         scratch.write("mesh.u32", mesh.faces().iter().flatten().map(|v| v.to_le_bytes()))?;
         let sizes = draco.ask("mesh")?;
         let size = |key: &str| sizes.get(key).and_then(Value::as_f64);

@@ -35,13 +35,7 @@ enum Task {
         data: PathBuf,
     },
     /// Fit an input of any kind with the default preset and write its row in docs/representations.md
-    Representations {
-        /// The input
-        file: PathBuf,
-        /// The mesh it was made from, in its coordinates
-        #[arg(long)]
-        truth: Option<PathBuf>,
-    },
+    Representations(representations::Options),
     /// Learn eigenfunctions with encodings of several sizes and write the table and plots of docs/scalars.md
     Scalars(scalars::Options),
     /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
@@ -69,7 +63,7 @@ fn main() -> ExitCode {
         Task::Compression(options) => compression::run(&options),
         Task::Arrows => arrows::check(),
         Task::Table { data } => table::run(&data),
-        Task::Representations { file, truth } => representations::run(&file, truth.as_deref()),
+        Task::Representations(options) => representations::run(&options),
         Task::Scalars(options) => scalars::run(&options),
         Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
         Task::Spectra { options } => performance::spectra(&options),

@@ -1,20 +1,25 @@
 //! The table of docs/representations.md: what the default preset makes of inputs of every kind.
 
 use std::fs;
-use std::path::Path;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use ndf_cli::commands::extract::{EdgeLength, extracted};
 use ndf_cli::commands::fit::{Fitted, Job, Training, fit_file};
-use ndf_cli::context::{Context, Options};
+use ndf_cli::context::{Context, Options as ContextOptions};
 use ndf_cli::input::Reading;
 use ndf_cli::report::{Figure, Shot};
 use ndf_core::io::read_mesh;
 use ndf_core::metrics::{MeasureOptions, measure};
-use ndf_core::{NoProgress, TriangleMesh};
+use ndf_core::{ManifoldMesh, NoProgress, SurfacePoint, TriangleMesh};
+use ndf_geodesic::{ExactOptions, exact_distances};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_spectral::{ModeOptions, modes};
 
+use crate::performance::timed;
 use crate::shell::root;
 
+/// Faces of the base mesh of which a row says nothing.
 const BASE_FACES: u32 = 4000;
 
 /// Longest edge of the extracted mesh, in the box [-1.5, 1.5]³.
@@ -23,63 +28,116 @@ const EDGE_LENGTH: f64 = 0.01;
 /// Cells along the longest side of the marching cubes that the learned surface is compared with.
 const GRID: u32 = 256;
 
+/// Eigenmodes that are found on it.
+const MODES: usize = 20;
+
 /// Size of the pictures.
 const PICTURE: (usize, usize) = (240, 180);
 
 /// Where the rows go.
-const TABLE: [&str; 2] =
-    ["<!-- table: cargo xtask representations FILE [--truth MESH] -->\n", "<!-- end of table -->"];
+const TABLE: [&str; 2] = [
+    "<!-- table: cargo xtask representations FILE [--truth MESH] [--base-faces N] -->\n",
+    "<!-- end of table -->",
+];
 
 /// Where the rows of cached fields go.
 const CACHES: [&str; 2] = ["<!-- caches: cargo xtask representations FILE -->\n", "<!-- end of caches -->"];
 
-/// Fits a file and puts its row into the table, in the place of an earlier one of the same file.
-pub(crate) fn run(file: &Path, truth: Option<&Path>) -> Result<(), String> {
-    let context = Context::new(Options { quiet: true, ..Options::default() });
-    let name = file.file_name().ok_or("the file has no name")?.to_string_lossy().into_owned();
+/// A file and how it is learned.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The input
+    file: PathBuf,
+    /// The mesh it was made from, in its coordinates
+    #[arg(long)]
+    truth: Option<PathBuf>,
+    /// Faces of the base mesh
+    #[arg(long, default_value_t = BASE_FACES)]
+    base_faces: u32,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Fits a file, extracts a mesh, measures distances and modes on it, and puts the row into the table, in the place of an
+/// earlier one of the same file and base mesh.
+pub(crate) fn run(options: &Options) -> Result<(), String> {
+    let file = &options.file;
+    let context = Context::new(ContextOptions { quiet: true, ..ContextOptions::default() });
+    let file_name = file.file_name().ok_or("the file has no name")?.to_string_lossy().into_owned();
+    let name = match options.base_faces {
+        BASE_FACES => file_name,
+        faces => format!("{file_name}, {faces} faces"),
+    };
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-    let reading = Reading::default();
-    let job = Job::new(file, &reading, BASE_FACES, Training::default());
+    let job = Job::new(file, &options.reading, options.base_faces, Training::default());
     let (fitted, _) = fit_file(&job, &context).map_err(|e| say(&e))?;
-    let started = Instant::now();
-    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
-    let seconds_extracting = started.elapsed().as_secs_f64();
-    let picture = format!("images/representations/{name}.png");
+    let (seconds_extracting, extracted) =
+        timed(|| extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)));
+    let (surface, _) = extracted.map_err(|e| say(&e))?;
+    let [seconds_distances, seconds_modes] = analysed(&surface).map_err(|e| say(&e))?;
+    let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));
     write_picture(surface.as_triangle_mesh(), &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
-    let truth = match truth {
+    let truth = match &options.truth {
         Some(path) => distances(&fitted, surface.as_triangle_mesh(), path).map_err(|e| say(&e))?,
         None => "".to_owned(),
     };
     let report = &fitted.report;
     let diagonal = surface.as_triangle_mesh().bounds().diagonal();
     let share = |x: f64| 100.0 * fitted.model.similarity.length_to_world(x) / diagonal;
+    let figures = fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity));
+    let number = |key: &str| figures.as_ref().map_or(0.0, |figures| figures[key].as_f64().unwrap_or(0.0));
+    let base = fitted.base_report["seconds"].as_f64().unwrap_or(0.0);
+    let cache = number("seconds");
+    let all = fitted.seconds_reading + base + cache + report.seconds;
     let row = format!(
-        "| {name} | {} | {:.1} | {:.1} | {:.0} | {:.0} | {:.1} | {:.3} / {:.2} % | {truth} | ![{name}]({picture}) |\n",
+        "| {name} | {} | {:.1} | {base:.1} | {cache:.1} | {:.0} | {:.0} | {all:.0} | {:.1} | {:.2} | {:.1} | {:.3} / {:.2} | \
+         {truth} | ![{name}]({picture}) |\n",
         fitted.input.kind,
         fitted.seconds_reading,
-        fitted.base_report["seconds"].as_f64().unwrap_or(0.0),
         report.seconds,
         report.seconds_projecting,
         seconds_extracting,
+        seconds_distances,
+        seconds_modes,
         share(report.projection_rms),
         share(report.projection_max),
     );
     eprint!("{row}");
     put(&name, &row, TABLE)?;
-    let Some(band) = &fitted.band else { return Ok(()) };
-    let figures = band.json(&fitted.model.similarity);
-    let number = |key: &str| figures[key].as_f64().unwrap_or(0.0);
+    if figures.is_none() {
+        return Ok(());
+    }
     let row = format!(
-        "| {name} | {:.0} | {:.3} | {:.0} | {:.1} | {:.4} / {:.4} |\n",
+        "| {name} | {:.0} | {:.3} | {:.0} | {:.4} / {:.4} |\n",
         number("cubes"),
         share(number("finest")),
         100.0 * number("unresolved"),
-        number("seconds"),
         share(number("projection_error_median")),
         share(number("projection_error_rms")),
     );
     eprint!("{row}");
     put(&name, &row, CACHES)
+}
+
+/// Seconds that exact distances from a vertex take, and the modes.
+fn analysed(surface: &ManifoldMesh) -> Result<[f64; 2], String> {
+    let (distances, found) = timed(|| {
+        let mesh = IntrinsicMesh::of_mesh(surface);
+        let found = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default());
+        found.map(|found| found.distances().to_vec())
+    });
+    let found = found.map_err(|e| format!("distances: {e}"))?;
+    if let Some(vertex) = found.iter().position(|d| !d.is_finite()) {
+        return Err(format!("no distance reaches vertex {vertex}"));
+    }
+    let (eigenmodes, found) = timed(|| {
+        let options = ModeOptions { count: MODES, ..ModeOptions::default() };
+        modes(&IntrinsicMesh::of_mesh(surface), &options, &NoProgress)
+    });
+    match found.map_err(|e| format!("modes: {e}"))? {
+        found if found.verified => Ok([distances, eigenmodes]),
+        _ => Err("some modes may be missing".to_owned()),
+    }
 }
 
 /// Mean distances to the true mesh, there and back, of the learned surface and of marching cubes of the input, in

@@ -1,7 +1,7 @@
 //! Triangle meshes of any quality.
 
 use ndf_core::Surface;
-use ndf_core::io::{MeshFile, parse_mesh, ply_elements, sniff};
+use ndf_core::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
 use ndf_core::mesh::repair;
 use ndf_surfaces::MeshSurface;
 
@@ -12,6 +12,10 @@ use crate::output::{Failure, Outcome};
 
 /// The share of the area that one component must have to stand for the whole mesh.
 const LARGEST_COMPONENT: f64 = 0.5;
+
+/// What else can be read, for files that nobody recognises.
+const OTHERS: &str = "clouds also from XYZ, PTS, PCD, E57 and LAS, networks from PyTorch, safetensors, NumPy, HDF5 and \
+                      MessagePack, splats from PLY, SPZ and .splat";
 
 /// Mesh files.
 pub(super) const FAMILY: Family = Family { kinds: &[Kind::Mesh], recognises, open, describe };
@@ -33,7 +37,10 @@ fn describe(content: &Content, _: &Reading, context: &Context) -> Result<Outcome
 }
 
 fn parse(content: &Content, context: &Context) -> Result<MeshFile, Failure> {
-    let file = parse_mesh(&content.bytes, &content.path)?;
+    let file = parse_mesh(&content.bytes, &content.path).map_err(|error| match error {
+        ReadError::Unrecognised { .. } => Failure::from(error).try_instead(OTHERS),
+        _ => Failure::from(error),
+    })?;
     file.notes.iter().for_each(|note| context.warn(&format!("{}: {note}", content.name())));
     Ok(file)
 }

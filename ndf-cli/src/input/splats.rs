@@ -47,7 +47,8 @@ fn read(content: &Content, reading: &Reading, context: &Context) -> Result<Splat
                 density,
                 Level {
                     value,
-                    rule: "as SuGaR's meshes, or half the typical density of opaque splats if less",
+                    rule: "as SuGaR's meshes, or half the typical density of opaque splats if less or where these are \
+                           even",
                 },
             )
         }
@@ -82,6 +83,7 @@ fn describe(content: &Content, reading: &Reading, context: &Context) -> Result<O
         "floaters": report.floaters,
         "level": level.value,
         "level_rule": level.rule,
+        "offset": density.offset(),
         "bounds": {"min": bounds.min.to_array(), "max": bounds.max.to_array()},
         "diagonal": bounds.diagonal(),
     });
@@ -97,6 +99,7 @@ fn describe(content: &Content, reading: &Reading, context: &Context) -> Result<O
     let rows = [
         ("splats", kept),
         ("level", format!("{}, {}", readable(level.value), level.rule)),
+        ("offset", format!("about {} outside of the middle of the splats", readable(density.offset()))),
         ("box of the object", format!("{extent}, diagonal {}", readable(bounds.diagonal()))),
     ];
     Ok(Outcome::new(json, format!("{}: splats ({format})\n{}", content.name(), table(&rows))))

@@ -93,12 +93,16 @@ fn bad_fields_are_refused_with_a_sentence() {
     folder.write("unknown.safetensors", [&[8, 0, 0, 0, 0, 0, 0, 0][..], b"{}      "].concat());
     folder.write("cut.spz", b"NGSP\x03\x00\x00\x00\xff\xff\xff\xff\x00\x0c\x00\x00");
     folder.write("cut.h5", b"\x89HDF\r\n\x1a\n\x00");
+    folder.write("no-items.laz", laz_without_items());
+    folder.write("a.ksplat", [0x00, 0x01, 0x00, 0xff].repeat(99));
     for (file, said) in [
         ("cut.npy", "header"),
         ("legacy.pth", "os.system"),
         ("unknown.safetensors", "no tensors"),
         ("cut.spz", "4294967295 splats"),
         ("cut.h5", "HDF5"),
+        ("no-items.laz", "compressed data is damaged"),
+        ("a.ksplat", "splats from PLY, SPZ and .splat"),
     ] {
         for command in ["info", "fit", "mesh"] {
             let all = [command, file, "-o", "out.ply"];
@@ -112,4 +116,28 @@ fn bad_fields_are_refused_with_a_sentence() {
     assert!(wrong.sentence().contains("of the kind nerf"));
     let none = ndf(&folder.0, &["sample", "neus", "--shape", "cube", "-o", "b.safetensors"]);
     assert!(none.sentence().contains("torus"));
+}
+
+/// A LAZ file that says of nothing how it is packed, which its decoder asserts.
+fn laz_without_items() -> Vec<u8> {
+    let mut bytes = vec![0; 227 + 54 + 34 + 16];
+    let mut put = |at: usize, with: &[u8]| bytes[at..at + with.len()].copy_from_slice(with);
+    // The header: version 1.2, its size, the place of the points, one record, packed points of 20 bytes, one of them.
+    put(0, b"LASF");
+    put(24, &[1, 2]);
+    put(94, &227_u16.to_le_bytes());
+    put(96, &315_u32.to_le_bytes());
+    put(100, &1_u32.to_le_bytes());
+    put(104, &[0x80, 20, 0, 1]);
+    (0..3).for_each(|axis| put(131 + 8 * axis, &0.001_f64.to_le_bytes()));
+    // The record: whose it is, its number and size; how points are packed, in chunks of 50,000.
+    put(227 + 2, b"laszip encoded");
+    put(227 + 18, &22204_u16.to_le_bytes());
+    put(227 + 20, &34_u16.to_le_bytes());
+    put(281, &[2, 0, 0, 0, 2, 2]);
+    put(281 + 12, &50_000_u32.to_le_bytes());
+    put(281 + 16, &[0xff; 16]);
+    // The place of the table of chunks, of which there are none.
+    put(315, &323_u64.to_le_bytes());
+    bytes
 }

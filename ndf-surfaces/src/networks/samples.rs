@@ -68,13 +68,22 @@ pub fn snapshot_of_a_half_space(hidden: usize, kind: &str) -> Vec<u8> {
     out
 }
 
-/// Snapshots in both precisions, and a SIREN of bare numbers.
+/// A snapshot as instant-ngp packs it.
+pub fn packed(snapshot: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = flate2::read::ZlibEncoder::new(snapshot, flate2::Compression::fast());
+    std::io::Read::read_to_end(&mut encoder, &mut bytes).expect("memory can be written to");
+    bytes
+}
+
+/// Snapshots in both precisions, bare and packed, and a SIREN of bare numbers.
 pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let siren: Vec<u8> =
         (0..5 * 16 + 1 + 16 * 17).flat_map(|i| (0.01 * i as f32).sin().to_le_bytes()).collect();
     vec![
         ("float.msgpack", snapshot_of_a_half_space(1, "float")),
         ("half.msgpack", snapshot_of_a_half_space(2, "__half")),
+        ("packed.ingp", packed(&snapshot_of_a_half_space(1, "__half"))),
         ("siren.bin", siren),
     ]
 }

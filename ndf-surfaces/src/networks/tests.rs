@@ -330,12 +330,7 @@ fn sdfstudio_without_and_with_a_grid() {
 #[test]
 fn snapshots_are_read_packed_and_bare_in_both_precisions() {
     let bare = snapshot_of_a_half_space(2, "float");
-    let mut packed = Vec::new();
-    std::io::Read::read_to_end(
-        &mut flate2::read::ZlibEncoder::new(bare.as_slice(), flate2::Compression::fast()),
-        &mut packed,
-    )
-    .unwrap();
+    let packed = samples::packed(&bare);
     for bytes in [bare, packed, snapshot_of_a_half_space(1, "__half")] {
         assert!(is_snapshot(&bytes));
         let field = NeuralField::from_snapshot(&bytes).unwrap();

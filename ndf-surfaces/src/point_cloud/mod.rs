@@ -22,7 +22,7 @@ mod winding_field;
 
 pub use areas::areas;
 pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
-pub use files::{CloudFile, CloudFormat, ReadError, parse_cloud, read_cloud, sniff};
+pub use files::{CloudFile, CloudFormat, LAZ_THREAD, ReadError, parse_cloud, read_cloud, sniff};
 pub use local_planes::{LocalPlanes, agreement_of_normals};
 pub use moving_spheres::MovingSpheres;
 pub use neighbours::{Neighbour, Neighbours};

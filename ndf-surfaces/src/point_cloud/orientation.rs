@@ -51,7 +51,7 @@ pub fn orient(
     neighbours: &Neighbours,
     progress: &dyn Progress,
 ) -> Result<Orientation, Cancelled> {
-    let last = (LAST_BY_SPACING * planes.spacing()).max(LAST_BY_NOISE * planes.noise());
+    let last = (LAST_BY_SPACING * planes.spacing()).max(LAST_BY_NOISE * planes.noise);
     let last = if last > 0.0 { last } else { f64::MIN_POSITIVE.sqrt() };
     let mut moments = vec![DVec3::ZERO; positions.len()];
     for step in 0..STEPS {

@@ -52,7 +52,7 @@ pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<U
     let planes = LocalPlanes::new(cloud.positions(), &neighbours);
     let found = orient(cloud.positions(), &planes, &neighbours, progress)?;
     let cloud = cloud.with_normals(found.normals);
-    let (spacing, noise) = (planes.spacing(), planes.noise());
+    let (spacing, noise) = (planes.spacing(), planes.noise);
     let smoothing = SMOOTHING[0] + SMOOTHING[1] * noise / spacing.max(f64::MIN_POSITIVE);
     let scaffold = OrientedCloud::new(&cloud, &WindingFieldOptions { smoothing });
     let surface = MovingSpheres::new(&cloud, &planes, neighbours);

@@ -48,6 +48,8 @@ const OPAQUE: f32 = 0.5;
 
 /// Level of the meshes of SuGaR.
 const MESH_LEVEL: f64 = 0.3;
+/// The share of the centres at which the density may be less than the sheet's.
+const THIN: f64 = 0.01;
 
 /// A Gaussian ready for evaluation: `opacity · exp(−½ ‖A (x − center)‖²)`.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +65,9 @@ struct Gaussian {
 /// the distance to the nearest centre in least standard deviations, so that the gradient shows the way to the object.
 ///
 /// **The level** is, unless another is set, that of SuGaR's meshes, 0.3, or half the median density at the centres of
-/// opaque splats where that is less: on the outer slope of the sheet that the splats of a surface form.
+/// opaque splats where that is less: far out on the slope of the sheet that the splats of a surface form, so that the
+/// uneven sheets of trained scenes have no holes. Where sheets are even it is as much more as the density that all but a
+/// hundredth of the centres exceed is above half the median: half the median where all are alike.
 #[derive(Clone, Debug)]
 pub struct SplatDensity {
     gaussians: Vec<Gaussian>,
@@ -75,6 +79,8 @@ pub struct SplatDensity {
     least: f64,
     bounds: BoundingBox,
     level: f64,
+    /// The median density at the centres of opaque splats.
+    typical: f64,
     report: SplatReport,
 }
 
@@ -120,8 +126,10 @@ impl SplatDensity {
         let centers = Hierarchy::new(&points, LEAF);
         // A length to measure by, also where splats keep their own scales.
         let least = least.max(1e-3 * diagonal);
-        let mut density = Self { gaussians, tree, centers, least, bounds, level: 0.0, report };
-        density.level = density.usual_level();
+        let mut density = Self { gaussians, tree, centers, least, bounds, level: 0.0, typical: 0.0, report };
+        let [thin, typical] = density.densities_at_centers();
+        density.typical = typical;
+        density.level = MESH_LEVEL.min(0.5 * typical).max(thin - 0.5 * typical);
         Ok(density)
     }
 
@@ -136,17 +144,25 @@ impl SplatDensity {
         self.report
     }
 
-    /// See [`SplatDensity`]; of all splats if none is opaque.
-    fn usual_level(&self) -> f64 {
+    /// How far outside of the middle of a typical sheet of splats the level lies, by the width that flat splats are
+    /// raised to. 0 where it is not reached there.
+    pub fn offset(&self) -> f64 {
+        self.least * (2.0 * (self.typical / self.level).ln()).max(0.0).sqrt()
+    }
+
+    /// The density at the centres of opaque splats, or of all if none is opaque: what all but a hundredth exceed, and
+    /// the median.
+    fn densities_at_centers(&self) -> [f64; 2] {
         let opaque: Vec<DVec3> =
             self.gaussians.iter().filter(|g| g.opacity >= OPAQUE).map(|g| g.center).collect();
         let all = || self.gaussians.iter().map(|g| g.center).collect();
         let centers = if opaque.is_empty() { all() } else { opaque };
         let looked_at: Vec<DVec3> = centers.iter().step_by(centers.len().div_ceil(LOOKS)).copied().collect();
         let mut values: Vec<f64> = looked_at.par_iter().map(|&p| self.at(p)).collect();
-        let middle = values.len() / 2;
-        let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-        MESH_LEVEL.min(0.5 * median)
+        [THIN, 0.5].map(|share| {
+            let rank = (share * values.len() as f64) as usize;
+            *values.select_nth_unstable_by(rank, f64::total_cmp).1
+        })
     }
 
     /// Calls for every Gaussian that reaches a point, with the offset in its own units and what it adds.

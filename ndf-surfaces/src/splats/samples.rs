@@ -30,13 +30,36 @@ pub fn antimatter() -> Vec<u8> {
     TWO.iter().flat_map(record).collect()
 }
 
-/// SPZ of versions 2 and 3, not packed: two splats of which every attribute is zero bytes.
+/// SPZ, packed only from version 4 on: two splats of which every attribute is zero bytes.
 pub fn spz(version: u32) -> Vec<u8> {
-    let words = [u32::from_le_bytes(*b"NGSP"), version, 2, 12 << 8];
-    let mut bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    let position = if version == 1 { 6 } else { 9 };
     let rotation = if version < 3 { 3 } else { 4 };
-    bytes.extend(vec![0; 2 * (9 + 1 + 3 + 3 + rotation)]);
-    bytes
+    let streams = [position, 1, 3, 3, rotation].map(|size| vec![0; 2 * size]);
+    // Degree of the harmonics, bits after the point, flags, number of streams.
+    let last = if version < 4 { 12 << 8 } else { 12 << 8 | 5 << 24 };
+    let words = [u32::from_le_bytes(*b"NGSP"), version, 2, last];
+    let mut bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    if version < 4 {
+        return [bytes, streams.concat()].concat();
+    }
+    let table = 32_u32;
+    bytes.extend(table.to_le_bytes());
+    bytes.resize(table as usize, 0);
+    let packed = streams.clone().map(|stream| {
+        ruzstd::encoding::compress_to_vec(stream.as_slice(), ruzstd::encoding::CompressionLevel::Fastest)
+    });
+    for (packed, stream) in packed.iter().zip(&streams) {
+        bytes.extend([packed.len() as u64, stream.len() as u64].map(u64::to_le_bytes).concat());
+    }
+    [bytes, packed.concat()].concat()
+}
+
+/// The same bytes in gzip.
+pub fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::new();
+    let mut encoder = flate2::read::GzEncoder::new(bytes, flate2::Compression::fast());
+    std::io::Read::read_to_end(&mut encoder, &mut packed).expect("memory can be written to");
+    packed
 }
 
 /// PlayCanvas' PLY: one chunk, two splats at its lowest corner.
@@ -73,7 +96,10 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("inria.ply", ply),
         ("compressed.ply", compressed_ply()),
         ("two.splat", antimatter()),
+        ("v1.spz", gzip(&spz(1))),
         ("v2.spz", spz(2)),
         ("v3.spz", spz(3)),
+        ("packed.spz", gzip(&spz(3))),
+        ("v4.spz", spz(4)),
     ]
 }

@@ -60,9 +60,18 @@ fn splats_on_a_sphere_make_a_sphere() {
     let density = density();
     assert_eq!(density.report(), SplatReport { kept: 2562, ..SplatReport::default() });
     let found = mean_radius(&density);
-    // On the slope of the sheet, within three of its standard deviations of 1/200 of the diagonal.
-    let sigma = density.bounds().diagonal() / 200.0;
-    assert!(found > 1.0 && found < 1.0 + 3.0 * sigma, "{found}, sigma {sigma}");
+    // On the slope of the sheet, where the offset says.
+    assert!((found - 1.0 - density.offset()).abs() < 0.1 * density.offset(), "{found}, {}", density.offset());
+}
+
+#[test]
+fn the_level_of_an_even_sheet_does_not_depend_on_how_many_splats_overlap() {
+    let offset = |copies: usize| {
+        SplatDensity::new(&ball().repeat(copies), &DensityOptions::default()).unwrap().offset()
+    };
+    let sigma = density().bounds().diagonal() / 200.0;
+    assert!((offset(5) - offset(1)).abs() < 1e-6 * sigma);
+    assert!(offset(1) < 2.0 * sigma, "{} of {sigma}", offset(1));
 }
 
 /// Mean radius at which rays from outside meet the level.

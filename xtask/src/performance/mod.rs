@@ -16,6 +16,7 @@ use crate::document::replace_table;
 use crate::shell::root;
 use meshes::MeshName;
 use process::Threads;
+pub(crate) use process::timed;
 
 /// What both tables are made with.
 #[derive(Args, Clone, Debug)]

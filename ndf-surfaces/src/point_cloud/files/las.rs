@@ -1,7 +1,7 @@
 //! LAS of the ASPRS and LAZ (Isenburg 2013), read by the crates `las` and `laz`.
 
 use std::io::Cursor;
-use std::panic::catch_unwind;
+use std::thread;
 
 use las::{PointDataBuilder, Reader};
 use ndf_core::DVec3;
@@ -9,8 +9,12 @@ use ndf_core::DVec3;
 use super::super::cleaning::RawCloud;
 use super::Parsed;
 
-/// Points read at a time.
-const CHUNK: u64 = 1 << 14;
+/// Bytes of points read at a time, about: a point may announce 65,535 of them.
+const CHUNK: u64 = 1 << 20;
+
+/// The thread on which LAZ is decoded. What damaged files make the decoder assert ends this thread alone and is an
+/// error of the reader: a program's panic hook has nothing to say of it.
+pub const LAZ_THREAD: &str = "decoder of LAZ";
 
 /// Whether a file begins as LAS files do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -20,18 +24,20 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 /// Reads the points of a file; the format knows no normals.
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let bytes = without_absurdities(bytes)?;
-    // The decoder of LAZ asserts what damaged files break.
-    catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err("its compressed data is damaged".to_owned()))
+    let decoder = thread::Builder::new().name(LAZ_THREAD.to_owned()).spawn(move || decode(bytes));
+    let decoder = decoder.map_err(|e| format!("no thread to decode it on: {e}"))?;
+    decoder.join().unwrap_or_else(|_| Err("its compressed data is damaged".to_owned()))
 }
 
 fn decode(bytes: Vec<u8>) -> Parsed {
     let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let announced = reader.header().number_of_points();
+    let chunk = (CHUNK / u64::from(reader.header().point_format().len()).max(1)).max(1);
     let mut data = PointDataBuilder::new().for_header(reader.header()).build();
     let mut positions = Vec::new();
     while (positions.len() as u64) < announced {
         let read = reader
-            .fill_points(CHUNK, &mut data)
+            .fill_points(chunk, &mut data)
             .map_err(|e| format!("it ends within its {announced} points: {e}"))?;
         if read == 0 {
             return Err(format!("it ends after {} of {announced} points", positions.len()));

@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 use ndf_core::DVec3;
 use ndf_core::io::{self, MeshFormat, VertexScalars};
 
+pub use las::LAZ_THREAD;
+
 use super::cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
 
 /// The formats of point clouds known here.

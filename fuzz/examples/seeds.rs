@@ -1,0 +1,61 @@
+//! Writes the seeds of all fuzzers: `cargo run --example seeds`, in this folder.
+
+use std::fs;
+use std::path::Path;
+
+fn main() -> std::io::Result<()> {
+    let write = |target: &str, files: Vec<(&'static str, Vec<u8>)>| -> std::io::Result<()> {
+        let folder = Path::new("corpus").join(target);
+        fs::create_dir_all(&folder)?;
+        files.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
+    };
+    write("clouds", ndf_surfaces::point_cloud::samples::all())?;
+    write("tensors", ndf_surfaces::tensors::samples::all())?;
+    write("networks", ndf_surfaces::networks::samples::all())?;
+    write("splats", ndf_surfaces::splats::samples::all())?;
+    write("meshes", meshes())
+}
+
+/// A tetrahedron in every format.
+fn meshes() -> Vec<(&'static str, Vec<u8>)> {
+    let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let numbered = |first: u32, prefix: &str| -> String {
+        faces
+            .iter()
+            .map(|face| format!("{prefix}{}\n", face.map(|v| (v + first).to_string()).join(" ")))
+            .collect()
+    };
+    let vertices = corners.join("\n");
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    let binary_header = header.replace("ascii", "binary_little_endian");
+    let point = |v: u32| corners[v as usize].split(' ').map(|x| x.parse().expect("corners are numbers"));
+    let floats = |v: u32| point(v).flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let mut binary_ply = binary_header.into_bytes();
+    (0..4).for_each(|v| binary_ply.extend(floats(v)));
+    for face in faces {
+        binary_ply.push(3);
+        binary_ply.extend(face.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    let mut binary_stl = vec![0; 80];
+    binary_stl.extend(4_u32.to_le_bytes());
+    let mut text_stl = "solid s\n".to_owned();
+    for face in faces {
+        binary_stl.extend([0; 12]);
+        face.iter().for_each(|&v| binary_stl.extend(floats(v)));
+        binary_stl.extend([0; 2]);
+        let corner = |&v: &u32| format!("vertex {}\n", corners[v as usize]);
+        let loop_: String = face.iter().map(corner).collect();
+        text_stl += &format!("facet normal 0 0 1\nouter loop\n{loop_}endloop\nendfacet\n");
+    }
+    let obj = corners.map(|p| format!("v {p}\n")).concat() + &numbered(1, "f ");
+    vec![
+        ("obj", obj.into_bytes()),
+        ("off", format!("OFF\n4 4 0\n{vertices}\n{}", numbered(0, "3 ")).into_bytes()),
+        ("ascii.ply", format!("{header}{vertices}\n{}", numbered(0, "3 ")).into_bytes()),
+        ("binary.ply", binary_ply),
+        ("text.stl", (text_stl + "endsolid s\n").into_bytes()),
+        ("binary.stl", binary_stl),
+    ]
+}

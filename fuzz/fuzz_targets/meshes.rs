@@ -1,0 +1,18 @@
+//! All readers of meshes; which one, the content decides, or the extension where it does not.
+
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use ndf_core::ValidationReport;
+use ndf_core::io::parse_mesh;
+
+fuzz_target!(|bytes: &[u8]| {
+    // Any answer will do but a panic, a hang or a large allocation.
+    for name in ["mesh", "mesh.obj"] {
+        if let Ok(file) = parse_mesh(bytes, Path::new(name)) {
+            let _ = ValidationReport::of(&file.mesh);
+        }
+    }
+});
