@@ -3,6 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use ndf_core::mesh::shapes;
+use ndf_core::model::{Precision, stored_base};
+use ndf_core::{DisplacementField, FieldShape, ManifoldMesh, Model};
+
 fn main() -> std::io::Result<()> {
     let write = |target: &str, files: Vec<(&'static str, Vec<u8>)>| -> std::io::Result<()> {
         let folder = Path::new("corpus").join(target);
@@ -13,7 +17,19 @@ fn main() -> std::io::Result<()> {
     write("tensors", ndf_surfaces::tensors::samples::all())?;
     write("networks", ndf_surfaces::networks::samples::all())?;
     write("splats", ndf_surfaces::splats::samples::all())?;
-    write("meshes", meshes())
+    write("meshes", meshes())?;
+    write("models", models())
+}
+
+/// An untrained model of a sphere: plain, rounded, and as tensors.
+fn models() -> Vec<(&'static str, Vec<u8>)> {
+    let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
+    let (base, similarity) = stored_base(&base, Some(Precision::default()));
+    let field = DisplacementField::untrained(base, FieldShape::default(), 0).expect("the parts fit");
+    let model = Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() };
+    let rounded = model.rounded(Precision::default()).expect("its numbers are finite");
+    let tensors = model.to_safetensors().expect("its tensors have different names");
+    vec![("plain.ndf", model.to_bytes()), ("rounded.ndf", rounded.to_bytes()), ("tensors", tensors)]
 }
 
 /// A tetrahedron in every format.
