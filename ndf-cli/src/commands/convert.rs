@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndf_core::Model;
 use ndf_core::io::{atomic_write, format_to_write, write_mesh};
-use ndf_core::model::Precision;
+use ndf_core::model::{Precision, TensorsError};
 use serde_json::json;
 
 use super::fit::{bits, in_world};
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// units of the input (`.ply`, `.obj`, `.stl`).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Round features and weights, without learning; `ndf fit --bits` learns with them rounded, which is better.
+    /// Round features and weights, not the base mesh, without learning; `ndf fit --bits` learns with them rounded, which is better.
     #[arg(long, value_name = "N", value_parser = bits)]
     bits: Option<u32>,
 }
@@ -60,7 +60,10 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
     let mut model = if Model::is_model(&content.bytes) {
         Model::from_bytes(&content.bytes).map_err(|e| cannot_read(&e))?
     } else {
-        Model::from_safetensors(&content.bytes).map_err(|e| cannot_read(&e))?
+        Model::from_safetensors(&content.bytes).map_err(|e| match e {
+            TensorsError::File(_) => Failure::new(format!("{input} is no model, nor exported from one")),
+            e => cannot_read(&e),
+        })?
     };
     if let Some(bits) = arguments.bits {
         model = model.rounded(Precision::of_bits(bits)).map_err(|e| cannot_read(&e))?;
@@ -75,12 +78,12 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
             let (vertices, faces) = (base.vertex_count(), base.face_count());
             let json = json!({"output": output, "vertices": vertices, "faces": faces});
             let text =
-                format!("{output}: base mesh, {} vertices, {} faces", grouped(vertices), grouped(faces));
+                format!("{output}: base mesh, {} vertices, {} faces\n", grouped(vertices), grouped(faces));
             return Ok(Outcome::new(json, text));
         }
     };
     atomic_write(&arguments.output, |out| out.write_all(&bytes)).map_err(|e| cannot_write(&e))?;
     let json = json!({"output": output, "bytes": bytes.len(), "bytes_before": content.bytes.len()});
-    let text = format!("{output}: {} bytes, from {}", grouped(bytes.len()), grouped(content.bytes.len()));
+    let text = format!("{output}: {} bytes, from {}\n", grouped(bytes.len()), grouped(content.bytes.len()));
     Ok(Outcome::new(json, text))
 }

@@ -200,3 +200,24 @@ fn readers_that_go_away_are_no_panic() {
         assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(0), ""), "{arguments:?}");
     }
 }
+
+#[test]
+fn models_become_tensors_and_come_back() {
+    let folder = Folder::new("convert");
+    let run = |arguments: &[&str]| ndf(&folder.0, arguments).json();
+    run(&["sample", "mesh", "--shape", "torus", "-o", "torus.ply", "--json"]);
+    let fit = ["fit", "torus.ply", "-o", "torus.ndf", "--epochs", "40", "--samples", "256", "--json"];
+    run(&[&fit[..], &["--base-faces", "300", "--lossless"]].concat());
+    run(&["convert", "torus.ndf", "-o", "torus.safetensors", "--json"]);
+    run(&["convert", "torus.safetensors", "-o", "again.ndf", "--json"]);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert_eq!(read("again.ndf"), read("torus.ndf"));
+    let small = run(&["convert", "torus.ndf", "-o", "small.ndf", "--bits", "6", "--json"]);
+    assert!(small["bytes"].as_u64().unwrap() * 3 < 2 * read("torus.ndf").len() as u64, "{small}");
+    let base = run(&["convert", "torus.ndf", "-o", "base.ply", "--json"]);
+    assert_eq!(base["faces"], run(&["info", "base.ply", "--json"])["faces"]);
+    assert!(
+        ndf(&folder.0, &["convert", "torus.ply", "-o", "x.ndf"]).sentence().contains("torus.ply is no model")
+    );
+    assert!(ndf(&folder.0, &["convert", "torus.ndf", "-o", "x.png"]).sentence().contains("x.png"));
+}
