@@ -2,14 +2,15 @@
 //!
 //! | tensor | shape | what |
 //! |---|---|---|
+//! | `similarity` | F64 \[4\] | scale, then the centre: box = scale · (world − centre) |
 //! | `base.positions` | F32 \[V, 3\] | base vertices, in the box |
 //! | `base.faces` | U32 \[F, 3\] | |
 //! | `features` | F32 \[V, d\] | |
 //! | `network.0.weight`, `network.0.bias`, … | F32 \[outputs, inputs\], \[outputs\] | layers from input to output |
 //! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
 //!
-//! The metadata `ndf` is a JSON object: `similarity` (`scale`, `center`), `shape` of the field, `scalars` (`shape` and
-//! `channels` of every set) and `provenance`.
+//! The metadata `ndf` is a JSON object: `shape` of the field, `scalars` (`shape` and `channels` of every set) and
+//! `provenance`.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -51,18 +52,11 @@ pub enum TensorsError {
 
 #[derive(Serialize, Deserialize)]
 struct Metadata {
-    similarity: Frame,
     shape: FieldShape,
     #[serde(default)]
     scalars: Vec<Fields>,
     #[serde(default)]
     provenance: String,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Frame {
-    scale: f64,
-    center: [f64; 3],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -110,7 +104,14 @@ impl Model {
             shape: vec![base.face_count(), 3],
             bytes: base.faces().iter().flatten().flat_map(|v| v.to_le_bytes()).collect(),
         };
+        let (scale, [x, y, z]) = (self.similarity.scale(), self.similarity.center().to_array());
+        let similarity = Array {
+            dtype: Dtype::F64,
+            shape: vec![4],
+            bytes: [scale, x, y, z].into_iter().flat_map(f64::to_le_bytes).collect(),
+        };
         let mut arrays = vec![
+            ("similarity".to_owned(), similarity),
             ("base.positions".to_owned(), floats(vec![vertices, 3], &positions)),
             ("base.faces".to_owned(), faces),
             ("features".to_owned(), floats(vec![vertices, d], self.field.features())),
@@ -122,7 +123,6 @@ impl Model {
             push_network(&mut arrays, &format!("scalars.{s}."), fields.network());
         }
         let metadata = Metadata {
-            similarity: Frame { scale: self.similarity.scale(), center: self.similarity.center().to_array() },
             shape: self.field.shape().clone(),
             scalars: self
                 .scalars
@@ -161,8 +161,9 @@ impl Model {
         let features = read_floats(&tensors, "features", &[Some(vertices), Some(shape.features)])?;
         let parameters = read_network(&tensors, "", &shape.network().layers())?;
         let field = DisplacementField::new(base, shape, features, parameters).map_err(|e| parts(&e))?;
-        let Frame { scale, center } = metadata.similarity;
-        let similarity = Similarity::new(scale, center.into())
+        let similarity = read(&tensors, "similarity", Dtype::F64, &[Some(4)])?;
+        let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        let similarity = Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..]))
             .ok_or_else(|| parts(&"the scale or the centre is not usable"))?;
         let mut scalars = Vec::new();
         for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {

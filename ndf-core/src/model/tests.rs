@@ -27,7 +27,7 @@ fn model_on(base: TriangleMesh) -> Model {
     let channel = Channel { name: "u".to_owned(), range: [-1.0, 1.0], mean: 0.0, deviation: 1.0 };
     let parameters = vec![0.25; shape.network(1).parameter_count()];
     let fields = StoredScalars::new(vec![channel], shape, vertices, random(vertices), parameters).unwrap();
-    let similarity = Similarity::new(0.3, DVec3::new(1.0, 2.0, 3.0)).unwrap();
+    let similarity = Similarity::new(0.1 + 0.2, DVec3::new(1.0, 2.0 / 3.0, 3e-7 / 7.0)).unwrap();
     let scalars = vec![fields.clone(), fields];
     Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
 }
