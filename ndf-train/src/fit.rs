@@ -4,9 +4,10 @@ use ndf_core::progress::Progress;
 use ndf_core::projection::projected;
 use ndf_core::{DisplacementField, ManifoldMesh, Query, Similarity, Surface};
 
+use crate::error::TrainError;
 use crate::settings::Settings;
 use crate::state::{Checkpoint, State};
-use crate::trainer::{EpochLosses, TrainError, Trainer};
+use crate::trainer::{EpochLosses, Trainer};
 
 /// Samples on which the result is measured.
 const MEASURED_SAMPLES: usize = 65_536;

@@ -7,6 +7,8 @@
 
 mod anchors;
 mod batch;
+mod epoch;
+mod error;
 mod fit;
 #[cfg(test)]
 mod gradient_tests;
@@ -19,7 +21,8 @@ mod step;
 pub mod terms;
 mod trainer;
 
+pub use error::TrainError;
 pub use fit::{Fit, FitReport, Hooks, LogRecord, fit, train};
 pub use settings::{ReverseMap, Schedule, Settings};
 pub use state::{Checkpoint, CheckpointError};
-pub use trainer::{EpochLosses, TrainError, Trainer};
+pub use trainer::{EpochLosses, Trainer};

@@ -15,11 +15,13 @@ use rand_chacha::rand_core::SeedableRng;
 
 use crate::anchors::Anchors;
 use crate::batch::{Batch, CHUNKS, Sample};
+use crate::epoch::Epoch;
+use crate::error::TrainError;
 use crate::objective::Objective;
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
 use crate::settings::{ReverseMap, Settings};
 use crate::state::{Checkpoint, State};
-use crate::step::{Chunk, Model, Step};
+use crate::step::{Chunk, Model};
 use crate::terms::LossTerm;
 
 /// Stream of random numbers of the identity stage; batches count up from 0.
@@ -28,35 +30,6 @@ const IDENTITY_STREAM: u64 = u64::MAX - 1;
 /// Mean squared distance, normalised, beyond which training has gone astray: images are farther from the surface
 /// than the box is wide.
 const ASTRAY: f64 = 9.0;
-
-/// Why training did not end well.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainError {
-    /// The settings do not make sense.
-    #[error("{0}")]
-    Settings(&'static str),
-    /// The base mesh has no area.
-    #[error("the base mesh has no area")]
-    NoArea,
-    /// The base mesh does not make a field.
-    #[error(transparent)]
-    Field(#[from] FieldError),
-    /// A loss became NaN, infinite or absurd.
-    #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
-    Diverged {
-        /// The epoch.
-        epoch: usize,
-    },
-    /// Too few samples have a foot.
-    #[error("only {share:.1} % of the base mesh finds the surface; is it near the surface?")]
-    OutOfReach {
-        /// Share of the samples with a foot, in percent.
-        share: f64,
-    },
-    /// A checkpoint of a run with other terms or anchors.
-    #[error("the checkpoint does not fit: {0}")]
-    Checkpoint(&'static str),
-}
 
 /// Mean losses of an epoch, unweighted, in units of the normalised box squared where they are distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -454,9 +427,7 @@ impl<'a> Trainer<'a> {
         let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
         let finer =
             Precision { features: precision.features + 3, weights: precision.weights + 3, ..precision };
-        let model =
-            ModelFile { field, similarity: self.similarity, scalars: Vec::new(), provenance: String::new() };
-        Ok(model.rounded(finer)?.field)
+        field.rounded(finer)
     }
 
     /// Everything needed to go on from here. Exact [at the start of a batch](Self::at_batch_start); elsewhere, the
@@ -505,43 +476,6 @@ fn seen<'a>(rounded: &'a Option<(Vec<f32>, Mlp)>, state: &'a State) -> (&'a [f32
     match rounded {
         Some((features, theta)) => (features, theta),
         None => (&state.features, &state.theta),
-    }
-}
-
-/// What all chunks of an epoch share.
-struct Epoch<'a> {
-    model: Model<'a>,
-    objective: &'a Objective,
-    share: f32,
-    batch: &'a Batch,
-    arch: pulp::Arch,
-}
-
-impl Epoch<'_> {
-    /// Runs the chunks from number `first` on, over all threads; `corner_gradients` begins with the first's faces.
-    fn run(&self, first: usize, chunks: &mut [Chunk], corner_gradients: &mut [f32]) {
-        let faces = |k: usize| self.batch.chunk_faces[k];
-        if let [chunk] = chunks {
-            corner_gradients.fill(0.0);
-            let samples = self.batch.samples_of(faces(first)..faces(first + 1));
-            self.arch.dispatch(Step {
-                model: self.model,
-                objective: self.objective,
-                share: self.share,
-                chunk,
-                samples: &self.batch.samples[samples.clone()],
-                targets: &self.batch.targets[samples.clone()],
-                origins: self.batch.origins.get(samples).unwrap_or_default(),
-                first_face: faces(first),
-                corner_gradients,
-            });
-            return;
-        }
-        let half = chunks.len() / 2;
-        let (left, right) = chunks.split_at_mut(half);
-        let floats = (faces(first + half) - faces(first)) as usize * 3 * self.model.encoding.dimension;
-        let (left_corners, right_corners) = corner_gradients.split_at_mut(floats);
-        rayon::join(|| self.run(first, left, left_corners), || self.run(first + half, right, right_corners));
     }
 }
 

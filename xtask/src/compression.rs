@@ -6,13 +6,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, Training, fit_file};
+use ndf_cli::commands::fit::{Job, fit_file};
+use ndf_cli::commands::geodesic::closest;
+use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options as ContextOptions};
-use ndf_cli::input::{BaseSource, Reading};
+use ndf_cli::input::Reading;
 use ndf_core::io::read_mesh;
 use ndf_core::metrics::{MeasureOptions, measure};
 use ndf_core::model::SectionSizes;
-use ndf_core::{DVec3, Hint, ManifoldMesh, NoProgress, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_core::{DVec3, ManifoldMesh, NoProgress, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_meshing::{DecimationOptions, decimate};
@@ -39,8 +41,6 @@ const EDGE_LENGTH: f64 = 0.01;
 const DECIMATED: [usize; 6] = [1_000, 2_000, 4_000, 8_000, 16_000, 32_000];
 /// Points to which distances are compared.
 const TARGETS: usize = 2_000;
-/// Snapping of sources to vertices and edges, as in the program.
-const SNAP: f64 = 1e-9;
 
 /// What to measure.
 #[derive(Args)]
@@ -128,10 +128,9 @@ fn of_mesh(
             let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH))?;
             let Errors { mean, max, geodesic, eigenvalues } = reference.errors(&surface)?;
             let SectionSizes { base, features, network, total, .. } = fitted.model.section_sizes();
-            let counted = if let BaseSource::Manifold(_) = fitted.input.base { "" } else { " (repaired)" };
             writeln!(
                 models,
-                "| {name}{counted} | {faces} | {numbers} | {base} | {features} | {network} | {total} | {:.5} % | {:.3} % | {:.4} % | {:.4} % |",
+                "| {name} | {faces} | {numbers} | {base} | {features} | {network} | {total} | {:.5} % | {:.3} % | {:.4} % | {:.4} % |",
                 100.0 * mean,
                 100.0 * max,
                 100.0 * geodesic,
@@ -173,10 +172,7 @@ impl Reference {
             measure(self.mesh.as_triangle_mesh(), mesh.as_triangle_mesh(), &MeasureOptions::default())
                 .map_err(|e| e.to_string())?;
         let tree = TriangleTree::new(mesh.as_triangle_mesh());
-        let closest = |p: DVec3| {
-            let foot = tree.closest_point(p, Hint::NONE).ok_or("no closest point")?;
-            Ok::<_, String>(SurfacePoint::snapped(mesh, foot.face, foot.barycentric, SNAP))
-        };
+        let closest = |p: DVec3| closest(mesh, &tree, p).map_err(|e| e.to_string());
         let intrinsic = IntrinsicMesh::of_mesh(mesh);
         let source = [closest(self.source)?];
         let geodesics =

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Fitted, Job, Training, fit_file};
+use ndf_cli::commands::fit::{Fitted, Job, fit_file};
+use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options as ContextOptions};
 use ndf_cli::input::Reading;
 use ndf_cli::report::{Figure, Shot};

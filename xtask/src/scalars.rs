@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, Training, fit_file};
+use ndf_cli::commands::fit::{Job, fit_file};
 use ndf_cli::commands::spectrum;
+use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options as Common};
 use ndf_cli::input::Reading;
 use ndf_core::io::VertexScalars;

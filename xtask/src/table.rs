@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, Training, fit_file};
+use ndf_cli::commands::fit::{Job, fit_file};
+use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options};
 use ndf_cli::input::{BaseSource, Reading};
 use ndf_core::metrics::{MeasureOptions, measure};

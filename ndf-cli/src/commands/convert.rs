@@ -8,7 +8,8 @@ use ndf_core::io::{atomic_write, format_to_write, write_mesh};
 use ndf_core::model::{Precision, TensorsError};
 use serde_json::json;
 
-use super::fit::{bits, in_world};
+use super::extract::to_world;
+use super::training::bits;
 use crate::context::Context;
 use crate::input::Content;
 use crate::output::{Failure, Outcome, check_place, grouped};
@@ -73,7 +74,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         Form::Model => model.to_bytes(),
         Form::Tensors => model.to_safetensors().map_err(|e| cannot_write(&e))?,
         Form::Base => {
-            let base = in_world(model.field.base(), &model.similarity);
+            let base = to_world(model.field.base(), &model.similarity);
             write_mesh(&arguments.output, base.as_triangle_mesh(), &[]).map_err(|e| cannot_write(&e))?;
             let (vertices, faces) = (base.vertex_count(), base.face_count());
             let json = json!({"output": output, "vertices": vertices, "faces": faces});

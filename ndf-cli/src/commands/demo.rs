@@ -14,9 +14,10 @@ use ndf_spectral::{ModeOptions, modes};
 use serde_json::json;
 
 use super::extract::{EdgeLength, extracted};
-use super::fit::{Fitted, Job, Training, fit_file};
+use super::fit::{Fitted, Job, fit_file};
 use super::sample::Shape;
 use super::spectrum;
+use super::training::Training;
 use crate::context::Context;
 use crate::input::Reading;
 use crate::interrupt;

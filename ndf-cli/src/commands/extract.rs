@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure
 /// If the edge length asks for too much, or the field is not finite.
 pub fn extracted(model: &Model, edge_length: EdgeLength) -> Result<(ManifoldMesh, ExtractionReport), String> {
     let extraction = extraction(model, edge_length)?;
-    Ok((to_world(model, &extraction.mesh), extraction.report))
+    Ok((to_world(&extraction.mesh, &model.similarity), extraction.report))
 }
 
 /// The Delaunay mesh of a model in the normalised box, and where its vertices lie on the base mesh.
@@ -112,12 +112,12 @@ pub fn extraction(model: &Model, edge_length: EdgeLength) -> Result<Extraction, 
 fn tessellated(model: &Model, edge_length: EdgeLength) -> Result<ManifoldMesh, String> {
     let length = edge_length.normalised(&model.similarity);
     let tessellation = tessellate(&model.field, length, MOST_FACES).map_err(|e| e.to_string())?;
-    Ok(to_world(model, &tessellation.mesh))
+    Ok(to_world(&tessellation.mesh, &model.similarity))
 }
 
-/// A mesh of a model's box in the input's units.
-pub fn to_world(model: &Model, mesh: &ManifoldMesh) -> ManifoldMesh {
-    mesh.with_positions(mesh.positions().iter().map(|&p| model.similarity.to_world(p)).collect())
+/// A mesh in the normalised box, in the input's units.
+pub fn to_world(mesh: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
+    mesh.with_positions(mesh.positions().iter().map(|&p| similarity.to_world(p)).collect())
 }
 
 fn figures(

@@ -147,8 +147,11 @@ fn measured(
     Ok((distances, path))
 }
 
-/// The surface's point closest to a position.
-fn closest(mesh: &ManifoldMesh, tree: &TriangleTree, position: DVec3) -> Result<SurfacePoint, Failure> {
+/// The surface's point closest to a position, on a vertex or an edge if it is next to it.
+///
+/// # Errors
+/// If the surface has no faces, or the position is not finite.
+pub fn closest(mesh: &ManifoldMesh, tree: &TriangleTree, position: DVec3) -> Result<SurfacePoint, Failure> {
     let foot = tree
         .closest_point(position, Hint::NONE)
         .ok_or_else(|| Failure::new(format!("the surface has no point closest to {position}")))?;

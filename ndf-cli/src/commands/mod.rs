@@ -12,6 +12,7 @@ pub mod render;
 pub mod sample;
 pub mod scalars;
 pub mod spectrum;
+pub mod training;
 
 use std::path::Path;
 

@@ -10,8 +10,8 @@ use ndf_train::scalars::{ScalarFit, ScalarReport, ScalarSettings, fit};
 use serde_json::{Value, json};
 
 use super::extract::{EdgeLength, extraction, to_world};
-use super::fit::Preset;
 use super::read_faces;
+use super::training::Preset;
 use crate::context::Context;
 use crate::input::read_model;
 use crate::interrupt;
@@ -243,7 +243,7 @@ fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Fa
     let started = Instant::now();
     let found =
         extraction(&model, arguments.edge_length).map_err(|e| Failure::new(format!("{name}: {e}")))?;
-    let mesh = to_world(&model, &found.mesh);
+    let mesh = to_world(&found.mesh, &model.similarity);
     let base = model.field.base();
     let columns: Vec<VertexScalars> =
         model.scalars.iter().flat_map(|fields| fields.columns(base, &found.origins)).collect();

@@ -83,8 +83,9 @@ fn position(base: &ManifoldMesh, sample: &FaceSample) -> DVec3 {
     sample.position(base.as_triangle_mesh())
 }
 
+/// The encodings of up to a block of points, as the rows of the input.
 #[inline(always)]
-fn fill_block<S: Simd>(
+pub(crate) fn fill_block<S: Simd>(
     simd: S,
     encoding: &SampleEncoding<'_>,
     points: &[FaceSample],

@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 pub use evaluation::Mapped;
+pub(crate) use evaluation::fill_block;
 pub use sample_encoding::SampleEncoding;
 
 use crate::network::{Activation, Mlp, MlpShape, Packed, encoding};
@@ -51,15 +52,7 @@ impl FieldShape {
 
     /// What is wrong with these sizes, if anything: no model is so large, and a hostile file must not cost memory.
     pub fn defect(&self) -> Option<&'static str> {
-        match self {
-            s if s.features > 4096 => Some("more than 4096 features a vertex are not supported"),
-            s if s.octaves > encoding::MOST_OCTAVES => {
-                Some("more than 20 octaves are beyond single precision")
-            }
-            s if s.hidden.len() > 255 => Some("more than 255 hidden layers are not supported"),
-            s if s.hidden.iter().any(|&w| w == 0 || w > 4096) => Some("hidden layers have 1 to 4096 neurons"),
-            _ => None,
-        }
+        encoding::defect(self.features, self.octaves, &self.hidden)
     }
 }
 

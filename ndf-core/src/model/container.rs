@@ -8,6 +8,8 @@ const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
 /// The version written. All before it are read.
 pub(super) const VERSION: u32 = 2;
 const MOST_SECTIONS: usize = 1024;
+/// Bytes of a section in the table.
+const ENTRY: usize = 16;
 
 /// Whether a file that begins with these bytes means to be a model.
 pub(super) fn is_model(beginning: &[u8]) -> bool {
@@ -29,12 +31,16 @@ pub(super) fn join(sections: &[(&str, Vec<u8>)]) -> Vec<u8> {
     file.0
 }
 
+/// Bytes of the file of these sections.
+pub(super) fn size(sections: &[(&str, Vec<u8>)]) -> usize {
+    16 + ENTRY * sections.len() + 4 + sections.iter().map(|(_, payload)| payload.len()).sum::<usize>()
+}
+
 /// Tag and payload.
 type Section<'a> = ([u8; 4], &'a [u8]);
 
 /// The version and all sections, checksums verified.
 pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError> {
-    const ENTRY: usize = 16;
     let word = |at: usize| -> Option<u32> { bytes.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b)) };
     if !is_model(bytes) {
         return Err(ModelError::Magic);

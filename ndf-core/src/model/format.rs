@@ -10,9 +10,8 @@ use super::bytes::{Reader, Writer};
 use super::numbers::Groups;
 use super::{Model, base, container, network, numbers};
 use crate::field::DisplacementField;
+use crate::network::encoding::MOST_FEATURES;
 use crate::{DVec3, Similarity, StoredScalars, scalars};
-
-const MOST_FEATURES: usize = 4096;
 
 /// Why bytes are not a model.
 #[derive(Debug, thiserror::Error)]
@@ -106,9 +105,10 @@ impl Model {
 
     /// Sizes of the parts of the file.
     pub fn section_sizes(&self) -> SectionSizes {
-        let mut sizes = SectionSizes { total: self.to_bytes().len(), ..SectionSizes::default() };
-        for (tag, payload) in self.sections() {
-            match tag {
+        let sections = self.sections();
+        let mut sizes = SectionSizes { total: container::size(&sections), ..SectionSizes::default() };
+        for (tag, payload) in &sections {
+            match *tag {
                 "BASE" => sizes.base = payload.len(),
                 "FEAT" => sizes.features = payload.len(),
                 "NETW" => sizes.network = payload.len(),

@@ -6,14 +6,10 @@ use super::numbers::{self, Groups};
 use crate::field::FieldShape;
 use crate::network::{Activation, Mlp};
 
-/// In the order of their codes.
-const ACTIVATIONS: [Activation; 5] = Activation::ALL;
-
 /// The section.
 pub(super) fn write(shape: &FieldShape, network: &Mlp) -> Vec<u8> {
     let mut w = Writer::default();
-    let code = ACTIVATIONS.iter().position(|a| *a == shape.activation).unwrap_or_default();
-    w.u8(code as u8);
+    w.u8(shape.activation.code());
     w.u8(u8::from(shape.residual));
     w.u8(shape.octaves as u8);
     w.u8(shape.hidden.len() as u8);
@@ -29,7 +25,7 @@ pub(super) fn read(
     version: u32,
 ) -> Result<(FieldShape, Vec<f32>), ModelError> {
     let activation = r.u8()?;
-    let Some(&activation) = ACTIVATIONS.get(usize::from(activation)) else {
+    let Some(activation) = Activation::from_code(activation) else {
         return Err(r.defect(format!("activation {activation} is not known")));
     };
     let residual = r.u8()? != 0;

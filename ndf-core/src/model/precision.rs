@@ -121,17 +121,26 @@ fn on_grid(base: &ManifoldMesh, precision: Precision) -> Option<ManifoldMesh> {
         })
 }
 
-impl Model {
-    /// The model with features and network of this precision; the base mesh, on which they live, stays.
+impl DisplacementField {
+    /// The field with features and network of this precision; the base mesh, on which they live, stays.
     ///
     /// # Errors
     /// If a number is not finite then.
     pub fn rounded(&self, precision: Precision) -> Result<Self, FieldError> {
-        let shape = self.field.shape();
-        let mut features = self.field.features().to_vec();
-        let mut parameters = self.field.network().parameters().to_vec();
-        Grids::new(shape, &features, &parameters, precision).round(shape, &mut features, &mut parameters);
-        let field: DisplacementField = self.field.with_parameters(features, parameters)?;
-        Ok(Self { field, ..self.clone() })
+        let mut features = self.features().to_vec();
+        let mut parameters = self.network().parameters().to_vec();
+        let grids = Grids::new(self.shape(), &features, &parameters, precision);
+        grids.round(self.shape(), &mut features, &mut parameters);
+        self.with_parameters(features, parameters)
+    }
+}
+
+impl Model {
+    /// The model with a [rounded](DisplacementField::rounded) field.
+    ///
+    /// # Errors
+    /// If a number is not finite then.
+    pub fn rounded(&self, precision: Precision) -> Result<Self, FieldError> {
+        Ok(Self { field: self.field.rounded(precision)?, ..self.clone() })
     }
 }

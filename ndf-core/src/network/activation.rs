@@ -33,8 +33,18 @@ pub struct Jet {
 }
 
 impl Activation {
-    /// All of them.
+    /// All of them, in the order of their codes.
     pub const ALL: [Self; 5] = [Self::Relu, Self::LeakyRelu, Self::Silu, Self::Sine, Self::Tanh];
+
+    /// The number that stands for it in files.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The activation of a number in a file.
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(code)).copied()
+    }
 
     /// The slope on the negative side, where the function is linear on both. Such functions need no memory of the sums:
     /// their values tell the side.

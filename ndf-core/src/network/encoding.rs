@@ -3,6 +3,9 @@
 
 use pulp::Simd;
 
+/// Features of a base vertex; more are not supported.
+pub const MOST_FEATURES: usize = 4096;
+
 /// Most octaves a point is encoded with: beyond, single precision has nothing left to tell.
 pub const MOST_OCTAVES: usize = 20;
 
@@ -138,6 +141,18 @@ pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3
         frequency *= 2.0;
     }
     dx
+}
+
+/// What is wrong with the sizes of a network and of the encoding it is given, if anything: no model is so large, and a
+/// hostile file must not cost memory.
+pub fn defect(features: usize, octaves: usize, hidden: &[usize]) -> Option<&'static str> {
+    match hidden {
+        _ if features > MOST_FEATURES => Some("more than 4096 features a vertex are not supported"),
+        _ if octaves > MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
+        hidden if hidden.len() > 255 => Some("more than 255 hidden layers are not supported"),
+        hidden if hidden.iter().any(|&w| w == 0 || w > 4096) => Some("hidden layers have 1 to 4096 neurons"),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

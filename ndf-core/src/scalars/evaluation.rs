@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::StoredScalars;
 use crate::ManifoldMesh;
-use crate::field::{SampleEncoding, sample_encoding};
+use crate::field::{SampleEncoding, fill_block, sample_encoding};
 use crate::io::VertexScalars;
 use crate::network::{Activations, BLOCK, forward};
 use crate::sampling::FaceSample;
@@ -70,9 +70,7 @@ impl WithSimd for Values<'_> {
         let (passes, channels) = (fields.passes(), fields.channels.as_slice());
         let (stride, out_stride) = (activations.input_stride(), activations.output_stride());
         for (points, values) in points.chunks(BLOCK).zip(values.chunks_mut(BLOCK * channels.len())) {
-            for (point, row) in points.iter().zip(activations.input_mut().chunks_exact_mut(stride)) {
-                encoding.encode(simd, point.face, point.barycentric.map(|b| b as f32), row);
-            }
+            fill_block(simd, &encoding, points, activations);
             for pass in 0..passes.count {
                 passes.set_code(pass, activations.input_mut(), stride);
                 forward(simd, &fields.packed, activations);

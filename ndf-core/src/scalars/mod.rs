@@ -16,11 +16,6 @@ pub use payload::TAG;
 use crate::io::is_property_name;
 use crate::network::{Activation, Mlp, MlpShape, Packed, encoding};
 
-/// More features a vertex are refused, as are wider and more layers: no model has them, and a hostile file must not cost
-/// memory.
-const MOST_FEATURES: usize = 4096;
-const WIDEST_LAYER: usize = 4096;
-const MOST_LAYERS: usize = 255;
 /// More channels than this are refused.
 pub const MOST_CHANNELS: usize = 4096;
 /// Longer names are refused.
@@ -88,17 +83,7 @@ impl ScalarShape {
 
     /// What is wrong with these sizes, if anything.
     pub fn defect(&self) -> Option<&'static str> {
-        match self {
-            s if s.features > MOST_FEATURES => Some("more than 4096 features a vertex are not supported"),
-            s if s.octaves > encoding::MOST_OCTAVES => {
-                Some("more than 20 octaves are beyond single precision")
-            }
-            s if s.hidden.len() > MOST_LAYERS => Some("more than 255 hidden layers are not supported"),
-            s if s.hidden.iter().any(|&w| w == 0 || w > WIDEST_LAYER) => {
-                Some("hidden layers have 1 to 4096 neurons")
-            }
-            _ => None,
-        }
+        encoding::defect(self.features, self.octaves, &self.hidden)
     }
 
     /// Width of the encoding of a point.

@@ -35,7 +35,7 @@ impl StoredScalars {
         }
         let shape = &self.shape;
         w.u32(shape.features as u32);
-        w.u8(Activation::ALL.iter().position(|a| *a == shape.activation).unwrap_or_default() as u8);
+        w.u8(shape.activation.code());
         w.u8(u8::from(shape.index == ChannelIndex::Input));
         w.u8(shape.octaves as u8);
         w.u8(shape.hidden.len() as u8);
@@ -77,7 +77,7 @@ fn read_channel(r: &mut Reader<'_>) -> Result<Channel, ModelError> {
 fn read_shape(r: &mut Reader<'_>) -> Result<ScalarShape, ModelError> {
     let features = r.u32()? as usize;
     let code = r.u8()?;
-    let Some(&activation) = Activation::ALL.get(usize::from(code)) else {
+    let Some(activation) = Activation::from_code(code) else {
         return Err(r.defect(format!("activation {code} is not known")));
     };
     let index = match r.u8()? {

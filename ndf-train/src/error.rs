@@ -1,0 +1,32 @@
+//! What can go wrong in training.
+
+use ndf_core::field::FieldError;
+
+/// Why training did not end well.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// The settings do not make sense.
+    #[error("{0}")]
+    Settings(&'static str),
+    /// The base mesh has no area.
+    #[error("the base mesh has no area")]
+    NoArea,
+    /// The base mesh does not make a field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A loss became NaN, infinite or absurd.
+    #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
+    Diverged {
+        /// The epoch.
+        epoch: usize,
+    },
+    /// Too few samples have a foot.
+    #[error("only {share:.1} % of the base mesh finds the surface; is it near the surface?")]
+    OutOfReach {
+        /// Share of the samples with a foot, in percent.
+        share: f64,
+    },
+    /// A checkpoint of a run with other terms or anchors.
+    #[error("the checkpoint does not fit: {0}")]
+    Checkpoint(&'static str),
+}
