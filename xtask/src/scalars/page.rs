@@ -59,7 +59,9 @@ fn plot(title: &str, runs: &[&Run]) -> Result<String, String> {
             .x_desc("bytes in single precision")
             .y_desc("rms error, % of the range")
             .x_label_formatter(&|x| format!("{:.0} kB", x / 1000.0))
-            .y_label_formatter(&|y| format!("{y}"))
+            // Ticks are sums of floats: 0.6000000000000001.
+            .y_label_formatter(&|y| format!("{}", (y * 1e6).round() / 1e6))
+            .max_light_lines(0)
             .draw()?;
         let mut kinds: Vec<(String, Vec<&Run>)> = Vec::new();
         for run in runs {
