@@ -14,6 +14,7 @@ mod fit;
 mod gradient_tests;
 mod objective;
 mod optimiser;
+mod rounding;
 pub mod scalars;
 mod settings;
 mod state;

@@ -7,6 +7,8 @@ use ndf_core::model::Precision;
 use ndf_core::network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
+use crate::rounding;
+
 /// How the learning rate falls from the first epoch to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
@@ -135,8 +137,7 @@ impl Settings {
 
     /// Epochs, of the last ones, in which numbers are rounded.
     pub(crate) fn rounded_epochs(&self) -> usize {
-        let share = self.precision.map_or(0.0, |_| f64::from(self.rounded_share));
-        (share * self.epochs as f64).round() as usize
+        self.precision.map_or(0, |_| rounding::rounded_epochs(self.epochs, self.rounded_share))
     }
 
     /// Shape of the reverse map g_φ.

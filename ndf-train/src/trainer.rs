@@ -19,6 +19,7 @@ use crate::epoch::Epoch;
 use crate::error::TrainError;
 use crate::objective::Objective;
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
+use crate::rounding::Rounded;
 use crate::settings::{ReverseMap, Settings};
 use crate::state::{Checkpoint, State};
 use crate::step::{Chunk, Model};
@@ -64,7 +65,7 @@ pub struct Trainer<'a> {
     waiting: Option<Objective>,
     anchors: Option<Anchors>,
     /// Features and parameters of θ as the losses see them, where they are rounded.
-    rounded: Option<(Vec<f32>, Mlp)>,
+    rounded: Rounded,
     packed: (Packed, Packed),
     gradients: (Vec<f32>, Vec<f32>),
     batch: Batch,
@@ -152,7 +153,7 @@ impl<'a> Trainer<'a> {
             objective,
             waiting,
             anchors: None,
-            rounded: None,
+            rounded: Rounded::default(),
             packed,
             gradients,
             batch: Batch::new(settings.samples, base.face_count()),
@@ -316,7 +317,7 @@ impl<'a> Trainer<'a> {
     /// Values and gradients of the objective at the current parameters; returns the mean of the cycle loss.
     fn accumulate(&mut self) -> f64 {
         self.round();
-        let (features, theta) = seen(&self.rounded, &self.state);
+        let (features, theta) = self.rounded.seen(&self.state.features, &self.state.theta);
         self.packed.0.pack(theta.parameters());
         self.packed.1.pack(self.state.phi.parameters());
         let settings = &self.settings;
@@ -365,18 +366,13 @@ impl<'a> Trainer<'a> {
     /// Rounds what the losses see, in the last epochs; where to, the first of these decides.
     fn round(&mut self) {
         let (settings, state) = (&self.settings, &mut self.state);
-        let Some(precision) = settings.precision else { return };
-        let all = settings.identity_epochs + settings.epochs;
-        if state.epoch + settings.rounded_epochs() < all {
-            self.rounded = None;
-            return;
+        let State { features, theta, grids, epoch, .. } = state;
+        if let Some(precision) = settings.precision
+            && *epoch + settings.rounded_epochs() >= settings.identity_epochs + settings.epochs
+        {
+            grids.get_or_insert_with(|| Grids::new(settings.field.features, features, theta, precision));
         }
-        let (shape, State { features, theta, grids, .. }) = (&settings.field, state);
-        let grids = grids.get_or_insert_with(|| Grids::new(shape, features, theta.parameters(), precision));
-        let (to_features, to_theta) = self.rounded.get_or_insert_with(|| (features.clone(), theta.clone()));
-        to_features.copy_from_slice(features);
-        to_theta.parameters_mut().copy_from_slice(theta.parameters());
-        grids.round(shape, to_features, to_theta.parameters_mut());
+        self.rounded.update(grids.as_ref(), features, theta);
     }
 
     /// One step of Adam for all parameters.
@@ -409,12 +405,11 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If a parameter is not finite.
     pub fn field(&self) -> Result<DisplacementField, FieldError> {
-        let mut features = self.state.features.clone();
-        let mut parameters = self.state.theta.parameters().to_vec();
+        let (mut features, mut theta) = (self.state.features.clone(), self.state.theta.clone());
         if let Some(grids) = &self.state.grids {
-            grids.round(&self.settings.field, &mut features, &mut parameters);
+            grids.round(&mut features, &mut theta);
         }
-        self.start.with_parameters(features, parameters)
+        self.start.with_parameters(features, theta.parameters().to_vec())
     }
 
     /// The field as it will be stored: as learned so far, and rounded. Where nothing was yet learned of the rounding, it is
@@ -427,7 +422,7 @@ impl<'a> Trainer<'a> {
         let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
         let finer =
             Precision { features: precision.features + 3, weights: precision.weights + 3, ..precision };
-        field.rounded(finer)
+        Ok(field.rounded(finer))
     }
 
     /// Everything needed to go on from here. Exact [at the start of a batch](Self::at_batch_start); elsewhere, the
@@ -468,14 +463,6 @@ impl<'a> Trainer<'a> {
             flipped += usize::from(mapped.normal().dot(normal) < 0.0);
         }
         Ok(flipped as f64 / hits.max(1) as f64)
-    }
-}
-
-/// Features and θ as the losses see them.
-fn seen<'a>(rounded: &'a Option<(Vec<f32>, Mlp)>, state: &'a State) -> (&'a [f32], &'a Mlp) {
-    match rounded {
-        Some((features, theta)) => (features, theta),
-        None => (&state.features, &state.theta),
     }
 }
 

@@ -22,7 +22,9 @@ use ndf_core::{Model, TriangleMesh};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions};
 use ndf_train::scalars::{ScalarFit, ScalarSettings, fit};
+use serde::{Deserialize, Serialize};
 
+use crate::rows::{Row, Rows};
 use crate::shell::root;
 
 /// Edge length of the mesh whose eigenfunctions are learned, in the box of side 3.
@@ -50,9 +52,15 @@ pub(crate) struct Options {
     /// How to train
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
-    /// Only the encodings whose names contain this
+    /// Only the encodings whose names contain one of these
     #[arg(long)]
-    only: Option<String>,
+    only: Vec<String>,
+    /// Bits of the features, not those of the settings
+    #[arg(long)]
+    bits: Option<u32>,
+    /// Keep numbers in single precision
+    #[arg(long)]
+    lossless: bool,
 }
 
 /// An encoding to be tried.
@@ -95,49 +103,27 @@ fn cases(preset: Preset) -> Vec<Case> {
 }
 
 /// A line of the file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Run {
     mesh: String,
-    preset: String,
-    label: String,
-    /// Bytes in single precision.
+    training: String,
+    encoding: String,
+    /// How numbers are kept.
+    numbers: String,
+    /// In the model file.
     bytes: usize,
-    /// Root of the mean squared error, and largest error, as shares of the functions' ranges.
+    /// Root of the mean squared error, as a share of the functions' ranges.
     rms: f64,
+    /// The largest error.
     max: f64,
     epochs: usize,
     seconds: f64,
 }
 
-const HEADER: &str = "mesh,training,encoding,bytes (f32),rms error,largest error,epochs,seconds";
-
-impl Run {
-    /// The line; the encoding is quoted, for its commas.
-    fn line(&self) -> String {
-        let Self { mesh, preset, label, bytes, rms, max, epochs, seconds } = self;
-        format!("{mesh},{preset},\"{label}\",{bytes},{rms:.4e},{max:.4e},{epochs},{seconds:.1}")
-    }
-
-    fn parse(line: &str) -> Option<Self> {
-        let (before, rest) = line.split_once(",\"")?;
-        let (label, after) = rest.split_once("\",")?;
-        let (mesh, preset) = before.split_once(',')?;
-        let mut numbers = after.split(',');
-        let mut next = || numbers.next();
-        Some(Self {
-            mesh: mesh.to_owned(),
-            preset: preset.to_owned(),
-            label: label.to_owned(),
-            bytes: next()?.parse().ok()?,
-            rms: next()?.parse().ok()?,
-            max: next()?.parse().ok()?,
-            epochs: next()?.parse().ok()?,
-            seconds: next()?.parse().ok()?,
-        })
-    }
-
-    fn is_of(&self, other: &Self) -> bool {
-        (&self.mesh, &self.preset, &self.label) == (&other.mesh, &other.preset, &other.label)
+impl Row for Run {
+    fn key(&self) -> String {
+        let Self { mesh, training, encoding, numbers, .. } = self;
+        format!("{mesh}; {training}; {encoding}; {numbers}")
     }
 }
 
@@ -146,44 +132,36 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let folder = root().join("docs/scalars");
     let say = |e: std::io::Error| format!("{}: {e}", folder.display());
     fs::create_dir_all(&folder).map_err(say)?;
-    let file = folder.join("runs.csv");
-    let mut runs: Vec<Run> =
-        fs::read_to_string(&file).unwrap_or_default().lines().filter_map(Run::parse).collect();
+    let mut runs: Rows<Run> = Rows::open(folder.join("runs.csv"))?;
+    let training = options.preset.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
     for path in &options.mesh {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (model, mesh, functions) = eigenfunctions(path, &name)?;
-        for Case { label, settings } in cases(options.preset) {
-            if options.only.as_ref().is_some_and(|only| !label.contains(only)) {
+        for Case { label, mut settings } in cases(options.preset) {
+            if !options.only.is_empty() && !options.only.iter().any(|only| label.contains(only)) {
                 continue;
             }
+            settings.bits = if options.lossless { None } else { options.bits.or(settings.bits) };
             let found = fit(&model, &mesh, &functions, &settings, &NoProgress);
             let ScalarFit { fields, report } = found.map_err(|e| format!("{name}: {e}"))?;
             let overall = report.overall();
             let run = Run {
                 mesh: name.clone(),
-                preset: options.preset.to_possible_value().map_or_else(String::new, |v| v.get_name().into()),
-                label,
+                training: training.clone(),
+                encoding: label,
+                numbers: settings.bits.map_or("single".into(), |bits| format!("{bits} bits")),
                 bytes: fields.to_payload().len(),
                 rms: overall.rms,
                 max: overall.max,
                 epochs: report.epochs,
                 seconds: report.seconds,
             };
-            eprintln!("{}", run.line());
-            match runs.iter_mut().find(|earlier| earlier.is_of(&run)) {
-                Some(earlier) => *earlier = run,
-                None => runs.push(run),
-            }
-            let lines: Vec<String> =
-                std::iter::once(HEADER.to_owned()).chain(runs.iter().map(Run::line)).collect();
-            write(&file, &(lines.join("\n") + "\n"))?;
+            eprintln!("{run:?}");
+            runs.put(run)?;
+            page::write(&folder, runs.all())?;
         }
     }
-    page::write(&folder, &runs)
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+    page::write(&folder, runs.all())
 }
 
 /// A model of a mesh, with default settings, and the first eigenfunctions on a mesh extracted from it. The model is kept

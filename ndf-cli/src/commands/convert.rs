@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         })?
     };
     if let Some(bits) = arguments.bits {
-        model = model.rounded(Precision::of_bits(bits)).map_err(|e| cannot_read(&e))?;
+        model = model.rounded(Precision::of_bits(bits));
     }
     let cannot_write = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {output}: {e}"));
     let bytes = match form {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::extract::{EdgeLength, extraction, to_world};
 use super::read_faces;
-use super::training::Preset;
+use super::training::{Preset, bits};
 use crate::context::Context;
 use crate::input::read_model;
 use crate::interrupt;
@@ -48,6 +48,13 @@ pub struct FitArguments {
     /// Epochs [default: 12000; paper: 40000].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     epochs: Option<u32>,
+    /// Bits of the features in the model file, the sign aside; weights have four more [default: 9; paper: as --lossless].
+    /// Training ends with the numbers rounded so.
+    #[arg(long, value_name = "N", conflicts_with = "lossless", value_parser = bits)]
+    bits: Option<u32>,
+    /// Keep all numbers in single precision.
+    #[arg(long)]
+    lossless: bool,
 }
 
 /// Arguments of `ndf scalars eval`.
@@ -86,6 +93,10 @@ impl FitArguments {
         if let Some(epochs) = self.epochs {
             settings.epochs = epochs as usize;
         }
+        if self.lossless {
+            settings.bits = None;
+        }
+        settings.bits = self.bits.or(settings.bits);
         settings
     }
 

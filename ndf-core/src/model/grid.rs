@@ -61,8 +61,9 @@ impl Grid {
         const SHIFT: f32 = 1.5 * (1 << 23) as f32;
         let (to, from) = (self.number(1).recip(), self.number(1));
         for x in numbers.iter_mut().skip(first).step_by(stride) {
-            // A sum with +0 has no negative zero.
-            *x = (*x * to + SHIFT - SHIFT) * from + 0.0;
+            let rounded = (*x * to + SHIFT - SHIFT) * from;
+            // The largest floats stay finite. A sum with +0 has no negative zero.
+            *x = rounded.clamp(f32::MIN, f32::MAX) + 0.0;
         }
     }
 }
@@ -116,6 +117,15 @@ mod tests {
                     [largest, -0.3 * largest, 0.0].map(|x| grid.integer(x))
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_largest_numbers_stay_finite() {
+        for bits in [2, 7, 14] {
+            let mut numbers = [f32::MAX, f32::MIN, 1.0];
+            Grid::reaching(f32::MAX, bits).round(&mut numbers, 0, 1);
+            assert!(numbers.iter().all(|x| x.is_finite()), "{numbers:?}");
         }
     }
 }

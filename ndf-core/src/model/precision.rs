@@ -8,8 +8,8 @@ use super::Model;
 use super::base::in_file_order;
 use super::grid::Grid;
 use super::numbers::Groups;
-use crate::field::{DisplacementField, FieldError, FieldShape};
-use crate::{ManifoldMesh, Similarity};
+use crate::network::Mlp;
+use crate::{DisplacementField, ManifoldMesh, Similarity, StoredScalars};
 
 /// Bits of the numbers of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl Precision {
     }
 }
 
-/// The grids of a field's features and network.
+/// The grids of features at base vertices and of the network that takes them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Grids {
     features: Vec<i8>,
@@ -48,33 +48,40 @@ pub struct Grids {
 }
 
 impl Grids {
-    /// Grids on which features (vertex-major) and network parameters have this precision.
-    pub fn new(shape: &FieldShape, features: &[f32], parameters: &[f32], precision: Precision) -> Self {
+    /// Grids on which features (vertex-major, `dimension` a vertex) and a network have this precision.
+    pub fn new(dimension: usize, features: &[f32], network: &Mlp, precision: Precision) -> Self {
         let of_groups = |groups: Groups<'_>, numbers: &[f32], bits: u32| -> Vec<i8> {
             let largest = |group: Vec<f32>| group.into_iter().fold(0.0_f32, |m, x| m.max(x.abs()));
             let grid = |group| Grid::reaching(largest(group), bits).exponent();
             groups.split(numbers).into_iter().map(grid).collect()
         };
         Self {
-            features: of_groups(Groups::Interleaved(shape.features), features, precision.features),
-            network: of_groups(Groups::Layers(&shape.network()), parameters, precision.weights),
+            features: of_groups(Groups::Interleaved(dimension), features, precision.features),
+            network: of_groups(Groups::Layers(network.shape()), network.parameters(), precision.weights),
         }
     }
 
     /// Takes all numbers to the nearest on their grids.
-    pub fn round(&self, shape: &FieldShape, features: &mut [f32], parameters: &mut [f32]) {
+    pub fn round(&self, features: &mut [f32], network: &mut Mlp) {
         for (k, &exponent) in self.features.iter().enumerate() {
             Grid::new(exponent).round(features, k, self.features.len());
         }
-        let mut rest = parameters;
-        let sizes =
-            shape.network().layers().into_iter().flat_map(|(inputs, outputs)| [inputs * outputs, outputs]);
+        let layers = network.shape().layers();
+        let sizes = layers.into_iter().flat_map(|(inputs, outputs)| [inputs * outputs, outputs]);
+        let mut rest = network.parameters_mut();
         for (size, &exponent) in sizes.zip(&self.network) {
             let (group, behind) = rest.split_at_mut(size);
             Grid::new(exponent).round(group, 0, 1);
             rest = behind;
         }
     }
+}
+
+/// Features and parameters of a network in this precision: finite where they were.
+fn rounded(dimension: usize, features: &[f32], network: &Mlp, precision: Precision) -> (Vec<f32>, Vec<f32>) {
+    let (mut features, mut network) = (features.to_vec(), network.clone());
+    Grids::new(dimension, &features, &network, precision).round(&mut features, &mut network);
+    (features, network.parameters().to_vec())
 }
 
 /// The base mesh of a model: `base`, in any units, taken to the box, its positions to a grid where a precision asks for
@@ -123,24 +130,32 @@ fn on_grid(base: &ManifoldMesh, precision: Precision) -> Option<ManifoldMesh> {
 
 impl DisplacementField {
     /// The field with features and network of this precision; the base mesh, on which they live, stays.
-    ///
-    /// # Errors
-    /// If a number is not finite then.
-    pub fn rounded(&self, precision: Precision) -> Result<Self, FieldError> {
-        let mut features = self.features().to_vec();
-        let mut parameters = self.network().parameters().to_vec();
-        let grids = Grids::new(self.shape(), &features, &parameters, precision);
-        grids.round(self.shape(), &mut features, &mut parameters);
+    #[must_use]
+    pub fn rounded(&self, precision: Precision) -> Self {
+        let (features, parameters) =
+            rounded(self.shape().features, self.features(), self.network(), precision);
+        self.with_parameters(features, parameters).expect("as many numbers as before, and finite")
+    }
+}
+
+impl StoredScalars {
+    /// The fields with features and network of this precision; ranges and names stay.
+    #[must_use]
+    pub fn rounded(&self, precision: Precision) -> Self {
+        let (features, parameters) =
+            rounded(self.shape().features, self.features(), self.network(), precision);
         self.with_parameters(features, parameters)
     }
 }
 
 impl Model {
-    /// The model with a [rounded](DisplacementField::rounded) field.
-    ///
-    /// # Errors
-    /// If a number is not finite then.
-    pub fn rounded(&self, precision: Precision) -> Result<Self, FieldError> {
-        Ok(Self { field: self.field.rounded(precision)?, ..self.clone() })
+    /// The model with its field and its scalar fields [rounded](DisplacementField::rounded).
+    #[must_use]
+    pub fn rounded(&self, precision: Precision) -> Self {
+        Self {
+            field: self.field.rounded(precision),
+            scalars: self.scalars.iter().map(|fields| fields.rounded(precision)).collect(),
+            ..self.clone()
+        }
     }
 }

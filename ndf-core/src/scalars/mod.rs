@@ -208,6 +208,13 @@ impl StoredScalars {
         Self { features: order.iter().flat_map(of_vertex).copied().collect(), ..self.clone() }
     }
 
+    /// The same fields with other numbers, as many as before.
+    pub(crate) fn with_parameters(&self, features: Vec<f32>, parameters: Vec<f32>) -> Self {
+        let network = Mlp::new(self.network.shape().clone(), parameters).expect("as many as before");
+        let packed = Packed::new(&network);
+        Self { channels: self.channels.clone(), shape: self.shape.clone(), features, network, packed }
+    }
+
     /// Scalar fields of these parts: features vertex by vertex, parameters in the order of [`Mlp::parameters`].
     ///
     /// # Errors

@@ -1,9 +1,11 @@
 //! What a user may decide about learning scalar fields.
 
+use ndf_core::model::Precision;
 use ndf_core::network::Activation;
 use ndf_core::scalars::{ChannelIndex, ScalarShape};
 use serde::{Deserialize, Serialize};
 
+use crate::rounding;
 use crate::settings::Schedule;
 
 /// All settings of a run.
@@ -19,6 +21,13 @@ pub struct ScalarSettings {
     pub rate: Schedule,
     /// The features' rate, as a multiple of the network's: see [`Settings`](crate::Settings::feature_rate).
     pub feature_rate: f32,
+    /// Bits of the features as they are stored; weights have four more. `None` for all of single precision.
+    #[serde(default)]
+    pub bits: Option<u32>,
+    /// Share of the epochs, the last ones, in which numbers are rounded: see
+    /// [`Settings`](crate::Settings::rounded_share).
+    #[serde(default)]
+    pub rounded_share: f32,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -33,6 +42,8 @@ impl Default for ScalarSettings {
             samples: 512,
             rate: Schedule { first: 4e-2, last: 4e-4 },
             feature_rate: 10.0,
+            bits: Some(9),
+            rounded_share: 0.3,
             seed: 0,
         }
     }
@@ -53,8 +64,15 @@ impl ScalarSettings {
             samples: 3_276,
             rate: Schedule::constant(1e-3),
             feature_rate: 1.0,
+            bits: None,
+            rounded_share: 0.3,
             seed: 0,
         }
+    }
+
+    /// The first epoch in which numbers are rounded, if there is one.
+    pub(super) fn first_rounded(&self) -> Option<usize> {
+        self.bits.map(|_| self.epochs - rounding::rounded_epochs(self.epochs, self.rounded_share))
     }
 
     /// What is wrong with the settings, if anything.
@@ -68,6 +86,12 @@ impl ScalarSettings {
                 Some("the learning rate must be positive")
             }
             s if !positive(s.feature_rate) => Some("the rate of the features must be positive"),
+            s if !(0.0..=1.0).contains(&s.rounded_share) => {
+                Some("the share of rounded epochs is between 0 and 1")
+            }
+            s if s.bits.is_some_and(|bits| !Precision::BITS.contains(&bits)) => {
+                Some("features have 3 to 14 bits")
+            }
             s => s.shape.defect(),
         }
     }

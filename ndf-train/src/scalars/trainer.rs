@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use ndf_core::field::{SampleEncoding, sample_encoding};
+use ndf_core::model::{Grids, Precision};
 use ndf_core::network::{BLOCK, Mlp, Packed};
 use ndf_core::scalars::{Channel, StoredScalarsError};
 use ndf_core::{ManifoldMesh, StoredScalars};
@@ -15,6 +16,7 @@ use super::step::{Chunk, Network, Step};
 use super::values::{Drawn, Foot, Values};
 use crate::batch::{CHUNKS, Sample};
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
+use crate::rounding::Rounded;
 
 /// Samples of a chunk: four blocks, of which the last is rarely full, since chunks hold whole faces.
 const CHUNK_SAMPLES: usize = 4 * BLOCK;
@@ -71,6 +73,10 @@ pub(super) struct Trainer<'a> {
     positions: Vec<[f32; 3]>,
     /// Half-edges out of every vertex: `3 f + c` for its corner c of face f.
     incident: Vec<Vec<u32>>,
+    /// Where numbers are rounded to, from the first epoch in which they are.
+    grids: Option<Grids>,
+    /// Features and network as the loss sees them.
+    rounded: Rounded,
     packed: Packed,
     chunks: Vec<Chunk>,
     pub(super) by_parameters: Vec<f32>,
@@ -89,6 +95,8 @@ impl<'a> Trainer<'a> {
             channels,
             moments: [features.len(), mlp.parameters().len()].map(Moments::new),
             epoch: 0,
+            grids: None,
+            rounded: Rounded::default(),
             positions: sample_encoding::single(base.positions()),
             incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
             chunks: (0..chunk_count(settings.samples)).map(|_| Chunk::new(&packed, channels)).collect(),
@@ -107,15 +115,27 @@ impl<'a> Trainer<'a> {
         self.epoch
     }
 
-    /// The fields as learned so far.
+    /// The fields as learned so far, rounded where the loss sees them so.
     pub(super) fn fields(&self, channels: &[Channel]) -> Result<StoredScalars, StoredScalarsError> {
-        let (features, parameters) = (self.features.clone(), self.mlp.parameters().to_vec());
+        let (mut features, mut mlp) = (self.features.clone(), self.mlp.clone());
+        if let Some(grids) = &self.grids {
+            grids.round(&mut features, &mut mlp);
+        }
         let shape = self.settings.shape.clone();
+        let parameters = mlp.parameters().to_vec();
         StoredScalars::new(channels.to_vec(), shape, self.base.vertex_count(), features, parameters)
     }
 
     /// Makes one epoch; returns the mean squared error over samples and channels, in units of the channels' deviations.
     pub(super) fn run_epoch(&mut self, batch: &Batch, values: &Values) -> f64 {
+        if let (Some(bits), Some(first)) = (self.settings.bits, self.settings.first_rounded())
+            && self.epoch >= first
+        {
+            let precision = Precision::of_bits(bits);
+            let d = self.settings.shape.features;
+            self.grids.get_or_insert_with(|| Grids::new(d, &self.features, &self.mlp, precision));
+        }
+        self.rounded.update(self.grids.as_ref(), &self.features, &self.mlp);
         let loss = self.accumulate(batch, values);
         let Self { settings, epoch, .. } = *self;
         let rate = settings.rate.at(epoch as f32 / settings.epochs as f32);
@@ -138,13 +158,14 @@ impl<'a> Trainer<'a> {
 
     /// The loss and its gradients at the current parameters.
     pub(super) fn accumulate(&mut self, batch: &Batch, values: &Values) -> f64 {
-        self.packed.pack(self.mlp.parameters());
+        let (features, mlp) = self.rounded.seen(&self.features, &self.mlp);
+        self.packed.pack(mlp.parameters());
         let d = self.settings.shape.features;
         let network = Network {
             encoding: SampleEncoding {
                 faces: self.base.faces(),
                 positions: &self.positions,
-                features: &self.features,
+                features,
                 dimension: d,
                 octaves: self.settings.shape.octaves,
             },

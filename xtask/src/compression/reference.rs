@@ -1,0 +1,119 @@
+//! How far a mesh is from the one it stands for: distances, geodesics, eigenvalues.
+
+use ndf_cli::commands::geodesic::closest;
+use ndf_core::metrics::{MeasureOptions, measure};
+use ndf_core::{DVec3, ManifoldMesh, NoProgress, Similarity, TriangleMesh, TriangleTree};
+use ndf_geodesic::{ExactOptions, exact_distances};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_spectral::{ModeOptions, modes};
+
+/// Vertices to which distances are compared.
+const TARGETS: usize = 4_000;
+/// The reference's own eigenvalues are those of a mesh of at least so many faces: of the same surface, its faces parted.
+const SPECTRAL_FACES: usize = 200_000;
+/// The places, in the box of side 3, whose closest points distances are measured from (supplement, §2.1).
+const SOURCES: [DVec3; 2] = [DVec3::ONE, DVec3::NEG_ONE];
+
+/// How far a mesh is from the reference.
+pub(super) struct Errors {
+    /// Of the diagonal: the larger of the means of both ways.
+    pub(super) mean: f64,
+    /// Of the diagonal: the largest distance of both ways.
+    pub(super) max: f64,
+    /// Of geodesic distances: the mean error, of the mean distance (L¹).
+    pub(super) geodesic: f64,
+    /// Mean relative error of the 20 smallest eigenvalues, the zero aside.
+    pub(super) eigenvalues: f64,
+}
+
+/// A point and its distances from some others.
+struct Distances {
+    source: DVec3,
+    targets: Vec<(DVec3, f64)>,
+}
+
+/// A mesh with what others are compared to.
+pub(super) struct Reference {
+    pub(super) mesh: ManifoldMesh,
+    distances: Vec<Distances>,
+    eigenvalues: Vec<f64>,
+}
+
+impl Reference {
+    pub(super) fn new(mesh: TriangleMesh) -> Result<Self, String> {
+        let mesh = ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())?;
+        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let tree = TriangleTree::new(mesh.as_triangle_mesh());
+        let similarity = Similarity::to_box(&mesh.bounds());
+        let distances = |place: DVec3| -> Result<Distances, String> {
+            let source = closest(&mesh, &tree, similarity.to_world(place)).map_err(|e| e.to_string())?;
+            let found = exact_distances(&intrinsic, &[source], &ExactOptions::default());
+            let found = found.map_err(|e| e.to_string())?;
+            let stride = (mesh.vertex_count() / TARGETS).max(1);
+            let targets = mesh.positions().iter().copied().zip(found.distances().iter().copied());
+            let targets = targets.step_by(stride).filter(|(_, d)| d.is_finite()).collect();
+            Ok(Distances { source: source.position(&mesh), targets })
+        };
+        let distances = SOURCES.into_iter().map(distances).collect::<Result<_, _>>()?;
+        let mut fine = mesh.clone();
+        while fine.face_count() < SPECTRAL_FACES {
+            fine = parted(&fine)?;
+        }
+        let eigenvalues = eigenvalues(&IntrinsicMesh::of_mesh(&fine))?;
+        Ok(Self { mesh, distances, eigenvalues })
+    }
+
+    /// How far another mesh is.
+    pub(super) fn errors(&self, mesh: &ManifoldMesh) -> Result<Errors, String> {
+        let there =
+            measure(self.mesh.as_triangle_mesh(), mesh.as_triangle_mesh(), &MeasureOptions::default())
+                .map_err(|e| e.to_string())?;
+        let intrinsic = IntrinsicMesh::of_mesh(mesh);
+        let eigenvalues = eigenvalues(&intrinsic)?;
+        let pairs = self.eigenvalues.iter().zip(&eigenvalues).skip(1);
+        let relative: Vec<f64> = pairs.map(|(truth, found)| (found - truth).abs() / truth).collect();
+        Ok(Errors {
+            mean: there.mesh_to_reference.mean.max(there.reference_to_mesh.mean) / there.diagonal,
+            max: there.hausdorff / there.diagonal,
+            geodesic: self.geodesic_error(mesh, &intrinsic)?,
+            eigenvalues: relative.iter().sum::<f64>() / relative.len() as f64,
+        })
+    }
+
+    fn geodesic_error(&self, mesh: &ManifoldMesh, intrinsic: &IntrinsicMesh) -> Result<f64, String> {
+        let tree = TriangleTree::new(mesh.as_triangle_mesh());
+        let closest = |p: DVec3| closest(mesh, &tree, p).map_err(|e| e.to_string());
+        let (mut error, mut whole) = (0.0, 0.0);
+        for Distances { source, targets } in &self.distances {
+            let found = exact_distances(intrinsic, &[closest(*source)?], &ExactOptions::with_windows())
+                .map_err(|e| e.to_string())?;
+            for &(target, truth) in targets {
+                error += (found.distance_at(closest(target)?).map_err(|e| e.to_string())? - truth).abs();
+                whole += truth;
+            }
+        }
+        Ok(error / whole)
+    }
+}
+
+/// The same surface, every face parted into four.
+fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
+    let vertices = mesh.vertex_count() as u32;
+    let middle = |e: u32| {
+        let [a, b] = mesh.edge_vertices(e).map(|v| mesh.positions()[v as usize]);
+        0.5 * (a + b)
+    };
+    let positions =
+        mesh.positions().iter().copied().chain((0..mesh.edge_count() as u32).map(middle)).collect();
+    let faces = mesh.faces().iter().enumerate().flat_map(|(f, &[a, b, c])| {
+        let [ab, bc, ca] = [0, 1, 2].map(|k| vertices + mesh.halfedge_edge(3 * f as u32 + k));
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+    });
+    let mesh = TriangleMesh::new(positions, faces.collect()).map_err(|e| e.to_string())?;
+    ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())
+}
+
+fn eigenvalues(mesh: &IntrinsicMesh) -> Result<Vec<f64>, String> {
+    let modes = modes(mesh, &ModeOptions::default(), &NoProgress).map_err(|e| e.to_string())?;
+    Ok(modes.eigenvalues.iter().copied().collect())
+}

@@ -1,0 +1,57 @@
+//! Rows of measurements in a CSV file: a run that is made again takes the place of the earlier one, so that long tables can
+//! be made a few rows at a time.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A line of a file.
+pub(crate) trait Row: Serialize + DeserializeOwned {
+    /// What tells it from others.
+    fn key(&self) -> String;
+}
+
+/// All lines of a file.
+pub(crate) struct Rows<R> {
+    file: PathBuf,
+    rows: Vec<R>,
+}
+
+impl<R: Row> Rows<R> {
+    /// The lines of a file that exists, or none. Lines of other columns are an error.
+    pub(crate) fn open(file: PathBuf) -> Result<Self, String> {
+        let say = |e: csv::Error| format!("{}: {e}", file.display());
+        let rows = if file.exists() {
+            let mut reader = csv::Reader::from_path(&file).map_err(say)?;
+            reader.deserialize().collect::<Result<_, _>>().map_err(say)?
+        } else {
+            Vec::new()
+        };
+        Ok(Self { file, rows })
+    }
+
+    /// Adds a line, or puts it in the place of an earlier one, and writes the file.
+    pub(crate) fn put(&mut self, row: R) -> Result<(), String> {
+        match self.rows.iter_mut().find(|earlier| earlier.key() == row.key()) {
+            Some(earlier) => *earlier = row,
+            None => self.rows.push(row),
+        }
+        let write = || -> Result<(), csv::Error> {
+            let mut writer = csv::Writer::from_path(&self.file)?;
+            self.rows.iter().try_for_each(|row| writer.serialize(row))?;
+            Ok(writer.flush()?)
+        };
+        write().map_err(|e| format!("{}: {e}", self.file.display()))
+    }
+
+    /// Whether there is a line like this.
+    pub(crate) fn contains(&self, key: &str) -> bool {
+        self.rows.iter().any(|row| row.key() == key)
+    }
+
+    /// All lines.
+    pub(crate) fn all(&self) -> &[R] {
+        &self.rows
+    }
+}
