@@ -284,7 +284,7 @@ def base_mesh(section, coded):
         indices = section.numbers("H" if vertex_count <= 65536 else "I", 3 * face_count)
         return points, rows(indices, face_count, 3)
     exponent, length = section.number("b"), section.number("I")
-    require(face_count <= (1 << 16) + 1024 * length, "the base mesh is too large for its bytes")
+    require(face_count <= min((1 << 16) + 1024 * length, 1 << 21), "the base mesh is too large for its bytes")
     coder = RangeDecoder(section.take(length))
     faces = connectivity(coder, vertex_count, face_count)
     if exponent == 127:
