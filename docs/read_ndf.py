@@ -448,7 +448,7 @@ def read(data):
     sections = []
     for tag, checksum, length in table:
         sections.append((tag, header.take(length)))
-        require(zlib.crc32(sections[-1][1]) == checksum, f"the checksum of {tag} does not match")
+        require(zlib.crc32(sections[-1][1]) == checksum, f"the checksum of {tag.decode('latin-1')} does not match")
     header.end()
     return Model(version, sections)
 
