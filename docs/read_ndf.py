@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads `.ndf` models as docs/format.md specifies them, by Python's standard library alone.
+"""Reads `.ndf` models as docs/format.md specifies them, by the standard library of Python (3.8 or later) alone.
 
     read_ndf.py MODEL.ndf                                says what is in the model
     read_ndf.py MODEL.ndf --compare MODEL.safetensors    compares its arrays with those of `ndf convert`, bit for bit
@@ -10,6 +10,7 @@ As a module, `read(bytes)` gives a `Model`. It is written to be read beside the 
 """
 
 import argparse
+import itertools
 import json
 import math
 import struct
@@ -122,18 +123,18 @@ class RangeDecoder:
 # Arrays
 
 
-def array(section, group_count, groups, coded):
-    """An array whose number at i is of group groups[i]; `coded`: whether the file says how it is written."""
+def array(section, count, group_count, groups, coded):
+    """So many numbers, each of the next group of `groups`; `coded`: whether the file says how they are written."""
     way = section.number("B") if coded else 0
     require(way <= 1, "an array is written in an unknown way")
     if way == 0:
-        return section.numbers("f", len(groups))
+        return section.numbers("f", count)
     steps = [2.0**e for e in section.numbers("b", group_count)]
     length = section.number("I")
-    require(len(groups) <= (1 << 16) + 256 * length, "an array is too long for its bytes")
+    require(count <= (1 << 16) + 256 * length, "an array is too long for its bytes")
     coder = RangeDecoder(section.take(length))
     of = [Distribution() for _ in steps]
-    numbers = [coder.integer(of[g]) * steps[g] for g in groups]
+    numbers = [coder.integer(of[g]) * steps[g] for g in itertools.islice(groups, count)]
     coder.end()
     return numbers
 
@@ -319,15 +320,16 @@ class Network:
 
     def __init__(self, activation, octaves, hidden, features, outputs, channel=False):
         require(activation < len(ACTIVATIONS), "an unknown activation")
+        sizes_allowed = features <= 4096 and octaves <= 20 and all(1 <= width <= 4096 for width in hidden)
+        require(sizes_allowed and 1 <= outputs <= 4096, "a network is too large")
         self.activation, self.octaves, self.channel = activation, octaves, channel
         self.widths = [features + 3 + 6 * octaves + channel, *hidden, outputs]
         self.shapes = list(zip(self.widths[1:], self.widths))
 
     def read(self, section, coded):
-        groups = []
-        for layer, (outputs, inputs) in enumerate(self.shapes):
-            groups += [2 * layer] * (outputs * inputs) + [2 * layer + 1] * outputs
-        self.parameters = array(section, 2 * len(self.shapes), groups, coded)
+        sizes = [size for outputs, inputs in self.shapes for size in (outputs * inputs, outputs)]
+        groups = itertools.chain.from_iterable(itertools.repeat(g, size) for g, size in enumerate(sizes))
+        self.parameters = array(section, sum(sizes), len(sizes), groups, coded)
         self.layers, at = [], 0
         for outputs, inputs in self.shapes:
             middle = at + outputs * inputs
@@ -347,7 +349,9 @@ class Network:
 
 
 def features(section, vertex_count, width, coded):
-    return rows(array(section, width, list(range(width)) * vertex_count, coded), vertex_count, width)
+    require(width <= 4096, "too many features")
+    numbers = array(section, vertex_count * width, width, itertools.cycle(range(width)), coded)
+    return rows(numbers, vertex_count, width)
 
 
 class ScalarSet:
@@ -490,7 +494,7 @@ def main():
     try:
         with open(arguments.model, "rb") as file:
             model = read(file.read())
-    except (OSError, Damaged) as error:
+    except (OSError, ValueError) as error:
         sys.exit(f"{arguments.model}: {error}")
     if arguments.compare:
         arrays = model.arrays()
