@@ -4,6 +4,7 @@
 
 mod bad_meshes;
 mod commands;
+mod docs;
 mod fields;
 mod learning;
 mod scalars;

@@ -1,0 +1,516 @@
+#!/usr/bin/env python3
+"""Reads `.ndf` models as docs/format.md specifies them, by the standard library of Python (3.8 or later) alone.
+
+    read_ndf.py MODEL.ndf                                says what is in the model
+    read_ndf.py MODEL.ndf --compare MODEL.safetensors    compares its arrays with those of `ndf convert`, bit for bit
+    read_ndf.py MODEL.ndf --evaluate < POINTS            for lines of a base face and three barycentric coordinates,
+                                                         the point of the surface in world coordinates and its scalars
+
+As a module, `read(bytes)` gives a `Model`. It is written to be read beside the specification, not to be fast.
+"""
+
+import argparse
+import itertools
+import json
+import math
+import struct
+import sys
+import zlib
+from collections import defaultdict
+
+
+class Damaged(ValueError):
+    """The file is not what the specification allows."""
+
+
+def require(condition, what):
+    if not condition:
+        raise Damaged(what)
+
+
+class Bytes:
+    """A section's payload, read from its beginning to its end."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def take(self, count):
+        require(self.at + count <= len(self.data), "a section ends too early")
+        self.at += count
+        return self.data[self.at - count : self.at]
+
+    def numbers(self, kind, count):
+        """So many numbers of a kind of `struct`."""
+        return list(struct.unpack(f"<{count}{kind}", self.take(count * struct.calcsize(kind))))
+
+    def number(self, kind):
+        return self.numbers(kind, 1)[0]
+
+    def end(self):
+        require(self.at == len(self.data), "a section has more bytes than it should")
+
+
+# Range coder
+
+TOP = 1 << 24
+
+
+def states(*shape):
+    """Nested lists of decisions' states."""
+    return [states(*shape[1:]) for _ in range(shape[0])] if shape else [1 << 23, 0]
+
+
+class Distribution:
+    """What is known of the integers of one kind."""
+
+    def __init__(self):
+        self.classes, self.signs, self.mantissas = states(32), states(32), states(32, 8)
+
+
+class RangeDecoder:
+    def __init__(self, data):
+        self.data, self.length, self.at = data + bytes(4), len(data), 4
+        self.code, self.range = int.from_bytes(self.data[:4], "big"), (1 << 32) - 1
+
+    def normalize(self):
+        while self.range < TOP:
+            require(self.at < len(self.data), "coded numbers end too early")
+            self.range, self.code = self.range << 8, self.code << 8 | self.data[self.at]
+            self.at += 1
+
+    def decision(self, state):
+        zero, seen = state
+        split = (self.range >> 16) * min(max(zero >> 8, 32), 65504)
+        bit = int(self.code >= split)
+        if bit:
+            self.code, self.range = self.code - split, self.range - split
+            state[0] -= zero // (seen + 2)
+        else:
+            self.range = split
+            state[0] += (TOP - zero) // (seen + 2)
+        state[1] = min(seen + 1, 254)
+        self.normalize()
+        return bit
+
+    def plain_bit(self):
+        self.range >>= 1
+        bit = int(self.code >= self.range)
+        self.code -= bit * self.range
+        self.normalize()
+        return bit
+
+    def tree(self, bits, array):
+        node = 1
+        for _ in range(bits):
+            node = 2 * node + self.decision(array[node])
+        return node - (1 << bits)
+
+    def integer(self, of):
+        bits = self.tree(5, of.classes)
+        if bits == 0:
+            return 0
+        negative = self.decision(of.signs[bits])
+        modelled = min(bits - 1, 3)
+        magnitude = 1 << modelled | self.tree(modelled, of.mantissas[bits])
+        for _ in range(bits - 1 - modelled):
+            magnitude = 2 * magnitude + self.plain_bit()
+        return -magnitude if negative else magnitude
+
+    def end(self):
+        require(self.at >= self.length, "coded numbers leave bytes unread")
+
+
+# Arrays
+
+
+def array(section, count, group_count, groups, coded):
+    """So many numbers, each of the next group of `groups`; `coded`: whether the file says how they are written."""
+    way = section.number("B") if coded else 0
+    require(way <= 1, "an array is written in an unknown way")
+    if way == 0:
+        return section.numbers("f", count)
+    steps = [2.0**e for e in section.numbers("b", group_count)]
+    length = section.number("I")
+    require(count <= (1 << 16) + 256 * length, "an array is too long for its bytes")
+    coder = RangeDecoder(section.take(length))
+    of = [Distribution() for _ in steps]
+    numbers = [coder.integer(of[g]) * steps[g] for g in itertools.islice(groups, count)]
+    coder.end()
+    return numbers
+
+
+# Base mesh
+
+
+class Nodes:
+    """The nodes of all fronts."""
+
+    def __init__(self):
+        self.vertex, self.behind, self.before, self.border = [], [], [], []
+
+    def add(self, vertex):
+        self.vertex.append(vertex)
+        for values in (self.behind, self.before, self.border):
+            values.append(None)
+        return len(self.vertex) - 1
+
+    def connect(self, a, b, border=False):
+        self.behind[a], self.before[b], self.border[a] = b, a, border
+
+    def walk(self, node, steps):
+        require(abs(steps) <= len(self.vertex), "a front is shorter than it should be")
+        for _ in range(abs(steps)):
+            node = self.behind[node] if steps > 0 else self.before[node]
+        return node
+
+
+def connectivity(coder, vertex_count, face_count):
+    nodes, faces, degree = Nodes(), [], []
+    kinds = {kind: states(2, 16) for kind in ("new", "ahead", "border", "behind")}
+    split_state, offsets, fronts = states(), Distribution(), Distribution()
+
+    def new_node():
+        require(len(degree) < vertex_count, "more vertices than there should be")
+        degree.append(0)
+        return nodes.add(len(degree) - 1)
+
+    def conquer(*corners):
+        require(len(faces) < face_count, "more faces than there should be")
+        faces.append(tuple(nodes.vertex[n] for n in corners))
+        for vertex in faces[-1]:
+            degree[vertex] += 1
+
+    def splice(a, b, c):
+        """Behind a: c and what was behind it; before b: a new node at c's vertex and what was before c."""
+        twin, before = nodes.add(nodes.vertex[c]), nodes.before[c]
+        nodes.connect(before, twin, nodes.border[before])
+        nodes.connect(twin, b)
+        nodes.connect(a, c)
+
+    def gate(pivot):
+        """The gate at the pivot or the first node behind it that has one: the pivot, a, b; nothing if none has."""
+        first = pivot
+        while True:
+            before, behind = nodes.before[pivot], nodes.behind[pivot]
+            if not nodes.border[before]:
+                return pivot, before, pivot
+            if not nodes.border[pivot]:
+                return pivot, pivot, behind
+            pivot = behind
+            if pivot == first:
+                return None
+
+    while len(faces) < face_count:
+        corners = [new_node() for _ in range(3)]
+        conquer(*corners)
+        for i in range(3):
+            nodes.connect(corners[i - 1], corners[i])
+        stack = corners[:1]
+        while stack:
+            pivot = stack.pop()
+            while found := gate(pivot):
+                pivot, a, b = found
+                leads, around = int(b == pivot), min(degree[nodes.vertex[pivot]], 15)
+                kind = next((k for k, s in kinds.items() if coder.decision(s[leads][around])), None)
+                if kind is None:
+                    kind = "split" if coder.decision(split_state) else "merge"
+                if kind == "border":
+                    nodes.border[a] = True
+                elif kind == "new":
+                    c = new_node()
+                    conquer(b, a, c)
+                    nodes.connect(a, c)
+                    nodes.connect(c, b)
+                elif kind == "ahead":
+                    c = nodes.behind[b]
+                    conquer(b, a, c)
+                    if nodes.behind[c] == a:
+                        break
+                    nodes.connect(a, c)
+                    pivot = c if pivot == b else pivot
+                elif kind == "behind":
+                    c = nodes.before[a]
+                    conquer(b, a, c)
+                    nodes.connect(c, b)
+                    pivot = c if pivot == a else pivot
+                elif kind == "split":
+                    n = coder.integer(offsets)
+                    c = nodes.walk(b if n > 0 else a, n)
+                    require(c not in (a, b), "a front meets itself where it does not")
+                    conquer(b, a, c)
+                    splice(a, b, c)
+                    stack.append(a if pivot == b else b)
+                else:
+                    m, n = coder.integer(fronts), coder.integer(offsets)
+                    require(0 <= m < len(stack), "a front that is not there")
+                    c = nodes.walk(stack.pop(-1 - m), n)
+                    conquer(b, a, c)
+                    splice(a, b, c)
+    require(len(degree) == vertex_count, "fewer vertices than there should be")
+    return faces
+
+
+def positions(coder, vertex_count, faces):
+    """Positions in steps of the grid."""
+    opposite, around = {}, defaultdict(list)
+    for i, j, k in faces:
+        for v, p, q in ((i, j, k), (j, k, i), (k, i, j)):
+            opposite[p, q] = v
+            around[v].append((p, q))
+    of = [Distribution() for _ in range(3)]
+    points = []
+    for v in range(vertex_count):
+        guesses = []
+        for p, q in around[v]:
+            o = opposite.get((q, p), v)
+            if max(p, q, o) < v:
+                guesses.append([x + y - z for x, y, z in zip(points[p], points[q], points[o])])
+        if not guesses:
+            guesses = [points[u] for edge in around[v] for u in edge if u < v]
+        if not guesses:
+            guesses = points[-1:] or [[0, 0, 0]]
+        n = len(guesses)
+        foretold = [(2 * sum(c) + n) // (2 * n) for c in zip(*guesses)]
+        points.append([f + coder.integer(d) for f, d in zip(foretold, of)])
+    return points
+
+
+def base_mesh(section, coded):
+    """Positions in the box, and faces."""
+    way = section.number("B") if coded else 0
+    require(way <= 1, "the base mesh is written in an unknown way")
+    vertex_count, face_count = section.numbers("I", 2)
+    if way == 0:
+        points = rows(section.numbers("f", 3 * vertex_count), vertex_count, 3)
+        indices = section.numbers("H" if vertex_count <= 65536 else "I", 3 * face_count)
+        return points, rows(indices, face_count, 3)
+    exponent, length = section.number("b"), section.number("I")
+    require(face_count <= min((1 << 16) + 1024 * length, 1 << 21), "the base mesh is too large for its bytes")
+    coder = RangeDecoder(section.take(length))
+    faces = connectivity(coder, vertex_count, face_count)
+    if exponent == 127:
+        points = rows(section.numbers("f", 3 * vertex_count), vertex_count, 3)
+    else:
+        points = [[x * 2.0**exponent for x in p] for p in positions(coder, vertex_count, faces)]
+    coder.end()
+    return points, faces
+
+
+def rows(numbers, count, width):
+    return [numbers[i * width : (i + 1) * width] for i in range(count)]
+
+
+def flat(rows):
+    return [x for row in rows for x in row]
+
+
+# Network
+
+ACTIVATIONS = (
+    ("ReLU", lambda x: max(x, 0.0)),
+    ("leaky ReLU", lambda x: x if x > 0.0 else 0.01 * x),
+    ("SiLU", lambda x: x / (1.0 + math.exp(-x)) if x > -700.0 else 0.0),
+    ("sine", math.sin),
+    ("tanh", math.tanh),
+)
+
+
+class Network:
+    """A perceptron of [z, x, PE(x)] and, with `channel`, of a number that tells which output is meant."""
+
+    def __init__(self, activation, octaves, hidden, features, outputs, channel=False):
+        require(activation < len(ACTIVATIONS), "an unknown activation")
+        sizes_allowed = features <= 4096 and octaves <= 20 and all(1 <= width <= 4096 for width in hidden)
+        require(sizes_allowed and 1 <= outputs <= 4096, "a network is too large")
+        self.activation, self.octaves, self.channel = activation, octaves, channel
+        self.widths = [features + 3 + 6 * octaves + channel, *hidden, outputs]
+        self.shapes = list(zip(self.widths[1:], self.widths))
+
+    def read(self, section, coded):
+        sizes = [size for outputs, inputs in self.shapes for size in (outputs * inputs, outputs)]
+        groups = itertools.chain.from_iterable(itertools.repeat(g, size) for g, size in enumerate(sizes))
+        self.parameters = array(section, sum(sizes), len(sizes), groups, coded)
+        self.layers, at = [], 0
+        for outputs, inputs in self.shapes:
+            middle = at + outputs * inputs
+            weights, biases = self.parameters[at:middle], self.parameters[middle : middle + outputs]
+            self.layers.append((rows(weights, outputs, inputs), biases))
+            at = middle + outputs
+        return self
+
+    def __call__(self, z, x, *channel):
+        angles = [2.0**o * math.pi * c for o in range(self.octaves) for c in x]
+        y = [*z, *x, *map(math.sin, angles), *map(math.cos, angles), *channel]
+        for layer, (weights, biases) in enumerate(self.layers):
+            y = [b + sum(w * v for w, v in zip(row, y)) for row, b in zip(weights, biases)]
+            if layer + 1 < len(self.layers):
+                y = list(map(ACTIVATIONS[self.activation][1], y))
+        return y
+
+
+def features(section, vertex_count, width, coded):
+    require(width <= 4096, "too many features")
+    numbers = array(section, vertex_count * width, width, itertools.cycle(range(width)), coded)
+    return rows(numbers, vertex_count, width)
+
+
+class ScalarSet:
+    """Scalars that were learned together."""
+
+    def __init__(self, section, vertex_count):
+        self.names, self.ranges = [], []
+        for _ in range(section.number("I")):
+            self.names.append(section.take(section.number("B")).decode("ascii"))
+            self.ranges.append(section.numbers("f", 4))
+        width = section.number("I")
+        activation, indexed, octaves, depth = section.numbers("B", 4)
+        require(indexed <= 1, "an unknown channel index")
+        hidden = section.numbers("I", depth)
+        outputs = 1 if indexed else len(self.names)
+        self.network = Network(activation, octaves, hidden, width, outputs, bool(indexed)).read(section, True)
+        self.features = features(section, vertex_count, width, True)
+        section.end()
+
+    def __call__(self, z, x):
+        if self.network.channel:
+            k = len(self.names)
+            y = [self.network(z, x, (2 * i + 1) / k - 1)[0] for i in range(k)]
+        else:
+            y = self.network(z, x)
+        return [min(max(mean + scale * v, low), high) for v, (low, high, mean, scale) in zip(y, self.ranges)]
+
+
+# Model
+
+
+class Model:
+    """A displacement field: `positions` of the box and `faces`, `features` of the vertices, `network`, `scalars`."""
+
+    def __init__(self, version, sections):
+        coded, self.version = version >= 2, version
+        # Of sections with the same tag the first counts.
+        read = {tag: Bytes(payload) for tag, payload in reversed(sections)}
+        for tag in (b"SIML", b"BASE", b"FEAT", b"NETW"):
+            require(tag in read, f"the section {tag.decode()} is missing")
+        self.scale, *self.centre = read[b"SIML"].numbers("d", 4)
+        self.positions, self.faces = base_mesh(read[b"BASE"], coded)
+        width = read[b"FEAT"].number("I")
+        self.features = features(read[b"FEAT"], len(self.positions), width, coded)
+        netw = read[b"NETW"]
+        activation, self.residual, octaves, depth = netw.numbers("B", 4)
+        self.network = Network(activation, octaves, netw.numbers("I", depth), width, 3).read(netw, coded)
+        for tag in (b"SIML", b"BASE", b"FEAT", b"NETW"):
+            read[tag].end()
+        self.provenance = json.loads(read[b"PROV"].data or "{}") if b"PROV" in read else {}
+        self.scalars = [ScalarSet(Bytes(data), len(self.positions)) for tag, data in sections if tag == b"SCAL"]
+
+    def arrays(self):
+        """All arrays, named as in the `.safetensors` of `ndf convert`: kind of number as in `struct`, flat numbers."""
+        arrays = {
+            "similarity": ("d", [self.scale, *self.centre]),
+            "base.positions": ("f", flat(self.positions)),
+            "base.faces": ("I", flat(self.faces)),
+            "features": ("f", flat(self.features)),
+        }
+        networks = [("network", self.network)]
+        for i, scalars in enumerate(self.scalars):
+            arrays[f"scalars.{i}.features"] = ("f", flat(scalars.features))
+            networks.append((f"scalars.{i}.network", scalars.network))
+        for name, network in networks:
+            for layer, (weights, biases) in enumerate(network.layers):
+                arrays[f"{name}.{layer}.weight"] = ("f", flat(weights))
+                arrays[f"{name}.{layer}.bias"] = ("f", biases)
+        return arrays
+
+    def interpolate(self, values, face, bary):
+        return [sum(b * values[i][k] for b, i in zip(bary, self.faces[face])) for k in range(len(values[0]))]
+
+    def evaluate(self, face, bary):
+        """The image of a point of the base mesh, in the box."""
+        x = self.interpolate(self.positions, face, bary)
+        y = self.network(self.interpolate(self.features, face, bary), x)
+        return [a + b for a, b in zip(x, y)] if self.residual else y
+
+    def world(self, point):
+        """A point of the box in the units of the input."""
+        return [x / self.scale + c for x, c in zip(point, self.centre)]
+
+    def evaluate_scalars(self, face, bary):
+        x = self.interpolate(self.positions, face, bary)
+        return [y for s in self.scalars for y in s(self.interpolate(s.features, face, bary), x)]
+
+
+def read(data):
+    """The model in the bytes of a file."""
+    header = Bytes(data)
+    require(header.take(8) == b"\x89NDF\r\n\x1a\n", "no .ndf model")
+    version, count = header.numbers("I", 2)
+    require(1 <= version <= 2, f"version {version} is not known")
+    require(count <= 1024, "too many sections")
+    table = [struct.unpack("<4sIQ", header.take(16)) for _ in range(count)]
+    require(zlib.crc32(data[: header.at]) == header.number("I"), "the checksum of the header does not match")
+    sections = []
+    for tag, checksum, length in table:
+        sections.append((tag, header.take(length)))
+        require(zlib.crc32(sections[-1][1]) == checksum, f"the checksum of {tag.decode('latin-1')} does not match")
+    header.end()
+    return Model(version, sections)
+
+
+# Program
+
+
+def differing(arrays, data):
+    """Names of the arrays that are not the same as those in the bytes of a `.safetensors` file."""
+    (length,) = struct.unpack_from("<Q", data)
+    tensors = json.loads(data[8 : 8 + length])
+    tensors.pop("__metadata__", None)
+    body = data[8 + length :]
+    theirs = {name: body[slice(*tensor["data_offsets"])] for name, tensor in tensors.items()}
+    ours = {name: struct.pack(f"<{len(numbers)}{kind}", *numbers) for name, (kind, numbers) in arrays.items()}
+    return sorted(name for name in ours.keys() | theirs.keys() if ours.get(name) != theirs.get(name))
+
+
+def summary(model):
+    network, names = model.network, [name for scalars in model.scalars for name in scalars.names]
+    yield f"version    {model.version}"
+    yield f"base mesh  {len(model.positions)} vertices, {len(model.faces)} faces"
+    yield f"box        scale {model.scale:.6g}, centre " + " ".join(f"{x:.6g}" for x in model.centre)
+    yield f"features   {len(model.features[0])} a vertex"
+    yield f"network    {' → '.join(map(str, network.widths))}, {ACTIVATIONS[network.activation][0]}, " + (
+        f"{network.octaves} octaves, " + ("residual" if model.residual else "not residual")
+    )
+    yield f"scalars    {', '.join(names) or 'none'}"
+    yield f"provenance {json.dumps(model.provenance, ensure_ascii=False)}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Reads .ndf models.")
+    parser.add_argument("model", metavar="MODEL.ndf")
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--compare", metavar="MODEL.safetensors", help="compare arrays, bit for bit")
+    way.add_argument("--evaluate", action="store_true", help="evaluate points of stdin")
+    arguments = parser.parse_args()
+    try:
+        with open(arguments.model, "rb") as file:
+            model = read(file.read())
+    except (OSError, ValueError) as error:
+        sys.exit(f"{arguments.model}: {error}")
+    if arguments.compare:
+        arrays = model.arrays()
+        with open(arguments.compare, "rb") as file:
+            others = differing(arrays, file.read())
+        if others:
+            sys.exit(f"{arguments.compare}: other arrays: {', '.join(others)}")
+        print(f"{len(arrays)} arrays of {sum(len(numbers) for _, numbers in arrays.values())} numbers are the same")
+    elif arguments.evaluate:
+        for line in sys.stdin:
+            face, *bary = line.split()
+            face, bary = int(face), list(map(float, bary))
+            print(*model.world(model.evaluate(face, bary)), *model.evaluate_scalars(face, bary))
+    else:
+        print(*summary(model), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
