@@ -344,6 +344,7 @@ fn provenance(input: &Path, settings: &Settings, report: &FitReport) -> Value {
             "lambda_d": settings.lambda_d,
             "lambda_n": settings.lambda_n,
             "lambda_f": settings.lambda_f,
+            "precision": settings.precision,
             "identity_epochs": settings.identity_epochs,
             "seed": settings.seed,
         },

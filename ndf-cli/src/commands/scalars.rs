@@ -166,11 +166,14 @@ fn store(model: &mut Model, fields: StoredScalars) -> Result<(), String> {
     Ok(())
 }
 
-/// Notes in the model how its scalars were learned.
+/// Notes in the model how its scalars were learned: briefly, since the file is small.
 fn add_to_provenance(model: &mut Model, settings: &ScalarSettings, figures: &Value) {
     let mut provenance: Value = serde_json::from_str(&model.provenance).unwrap_or_else(|_| json!({}));
     let Some(object) = provenance.as_object_mut() else { return };
-    let record = json!({"settings": settings, "metrics": figures["scalars"]});
+    let names: Vec<&Value> =
+        figures["scalars"].as_array().into_iter().flatten().map(|s| &s["name"]).collect();
+    let metrics = json!({"rms_error": figures["rms_error"], "max_error": figures["max_error"]});
+    let record = json!({"settings": settings, "scalars": names, "metrics": metrics});
     match object.entry("scalars").or_insert_with(|| json!([])) {
         Value::Array(records) => records.push(record),
         other => *other = json!([record]),
