@@ -26,7 +26,7 @@ impl Anchors {
         field: &DisplacementField,
         pairs: &[(DVec3, DVec3)],
         weight: f32,
-        packed: &(Packed, Packed),
+        theta: &Packed,
     ) -> Self {
         let tree = TriangleTree::new(field.base().as_triangle_mesh());
         let found: Vec<(Sample, Target)> = pairs
@@ -43,7 +43,7 @@ impl Anchors {
         let (samples, targets): (Vec<Sample>, Vec<Target>) = found.into_iter().unzip();
         let objective =
             Objective { terms: vec![(weight, Arc::new(PointTarget))], lambda_c: 0.0, is_identity: false };
-        Self { chunk: Chunk::new(&packed.0, &packed.1, &objective), objective, samples, targets }
+        Self { chunk: Chunk::new(theta, None, &objective), objective, samples, targets }
     }
 
     /// Adds the gradients of the network, and those of the features per corner of a base face.

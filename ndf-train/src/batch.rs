@@ -2,9 +2,9 @@
 
 use ndf_core::projection::project_all;
 use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface, TriangleMesh, TriangleTree};
-use rayon::prelude::*;
+use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface};
 
+use crate::origin::Origin;
 use crate::terms::Target;
 
 /// A point of the base mesh, in single precision.
@@ -24,18 +24,6 @@ impl Sample {
     }
 }
 
-/// The closest point of the base mesh to an image, and the unit vector from there to the image. Between projections
-/// the base mesh is taken as the plane through the point with this normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Origin {
-    pub(crate) point: [f32; 3],
-    pub(crate) normal: [f32; 3],
-}
-
-impl Origin {
-    const NONE: Self = Self { point: [0.0; 3], normal: [0.0; 3] };
-}
-
 /// Chunks a batch is cut into, whatever the number of threads, so that sums come out the same.
 pub(crate) const CHUNKS: usize = 32;
 
@@ -47,7 +35,7 @@ pub(crate) struct Batch {
     face_starts: Vec<u32>,
     /// Chunk k has the faces `chunk_faces[k] .. chunk_faces[k + 1]`: whole faces, about as many samples in each.
     pub(crate) chunk_faces: [u32; CHUNKS + 1],
-    /// Closest points of the base mesh to the images, where the reverse map asks for them; else none.
+    /// Where the images come from, where the reverse map asks for it; else none.
     pub(crate) origins: Vec<Origin>,
     /// Hint of the last foot of every sample.
     pub(crate) hints: Vec<Hint>,
@@ -135,18 +123,6 @@ impl Batch {
                 Target { foot: single(p), normal: single(normal), surface_normal: single(foot.normal) }
             });
         }
-    }
-
-    /// Finds the closest points of the base mesh to the images.
-    pub(crate) fn find_origins(&mut self, base: &TriangleMesh, tree: &TriangleTree, images: &[DVec3]) {
-        self.origins.resize(images.len(), Origin::NONE);
-        let samples = self.samples.par_iter().zip(images);
-        self.origins.par_iter_mut().zip(samples).with_min_len(256).for_each(|(origin, (sample, &y))| {
-            *origin = tree.closest_point(y, Hint(sample.face)).map_or(Origin::NONE, |closest| {
-                let normal = (y - closest.point).try_normalize().unwrap_or(base.face_normal(closest.face));
-                Origin { point: closest.point.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
-            });
-        });
     }
 
     /// Share of the samples that have a target.

@@ -7,6 +7,7 @@
 
 mod anchors;
 mod batch;
+mod cycle;
 mod epoch;
 mod error;
 mod fit;
@@ -14,6 +15,7 @@ mod fit;
 mod gradient_tests;
 mod objective;
 mod optimiser;
+mod origin;
 mod rounding;
 pub mod scalars;
 mod settings;

@@ -31,8 +31,9 @@ impl Objective {
     }
 
     /// The objective of the identity stage (supplement, Eq. 1): both networks map the base mesh to itself.
-    pub(crate) fn identity() -> Self {
-        Self { terms: vec![(1.0, Arc::new(PointTarget))], lambda_c: 1.0, is_identity: true }
+    pub(crate) fn identity(settings: &Settings) -> Self {
+        let lambda_c = if settings.lambda_c > 0.0 { 1.0 } else { 0.0 };
+        Self { terms: vec![(1.0, Arc::new(PointTarget))], lambda_c, is_identity: true }
     }
 
     pub(crate) fn needs_tangents(&self) -> bool {

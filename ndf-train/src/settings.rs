@@ -30,18 +30,32 @@ impl Schedule {
     }
 }
 
-/// What the network of the reverse map g_φ is added to.
+/// The form of the reverse map g_φ, which training alone uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReverseMap {
-    /// Nothing: `g_φ(y) = MLP([y, PE(y)])`.
+    /// A network: `g_φ(y) = MLP([y, PE(y)])`.
     Plain,
-    /// The point itself: `g_φ(y) = y + MLP([y, PE(y)])`.
+    /// A network that is added to the point itself: `g_φ(y) = y + MLP([y, PE(y)])`.
     Residual,
-    /// The closest point of the base mesh: `g_φ(y) = p(y) + MLP([y, PE(y)])`. What is left to the network is how far g
-    /// slides along the surface; the distance between surface and base mesh, which it can hardly know, is not.
-    #[default]
+    /// A network that is added to the closest point of the base mesh: `g_φ(y) = p(y) + MLP([y, PE(y)])`.
     ClosestPoint,
+    /// The same, given in addition what g is given at the closest point p: `g_φ(y) = p + MLP([z(p), p, PE(p), y, PE(y)])`.
+    Encoding,
+    /// No network: the point that g itself takes to y, sought from the closest point of the base mesh on. Its cycle loss is
+    /// what g folds and stretches, and nothing of what a network fails to learn.
+    #[default]
+    Inverse,
+}
+
+impl ReverseMap {
+    /// Whether it begins at points of the base mesh.
+    pub(crate) fn needs_origins(self) -> bool {
+        match self {
+            Self::Plain | Self::Residual => false,
+            Self::ClosestPoint | Self::Encoding | Self::Inverse => true,
+        }
+    }
 }
 
 /// All settings of a training run. The result is a function of these, the base mesh and the surface alone: the
@@ -96,7 +110,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             field: FieldShape::default(),
-            reverse_map: ReverseMap::ClosestPoint,
+            reverse_map: ReverseMap::default(),
             reverse_octaves: 8,
             epochs: 6_000,
             samples: 8_192,
@@ -105,7 +119,7 @@ impl Default for Settings {
             rate: Schedule { first: 1e-3, last: 1e-5 },
             feature_rate: 50.0,
             lambda_p: 1e4,
-            lambda_c: 1e2,
+            lambda_c: 1e3,
             lambda_d: 0.0,
             lambda_n: 0.0,
             lambda_f: 0.0,
@@ -125,6 +139,7 @@ impl Settings {
         Self {
             field: FieldShape { residual: false, ..FieldShape::default() },
             reverse_map: ReverseMap::Plain,
+            lambda_c: 1e2,
             epochs: 10_000,
             samples: 32_768,
             rate: Schedule::constant(1e-3),
@@ -140,14 +155,16 @@ impl Settings {
         self.precision.map_or(0, |_| rounding::rounded_epochs(self.epochs, self.rounded_share))
     }
 
-    /// Shape of the reverse map g_φ.
-    pub(crate) fn reverse_network(&self) -> MlpShape {
-        MlpShape {
-            inputs: 3 + encoding::width(self.reverse_octaves),
-            hidden: self.field.hidden.clone(),
-            outputs: 3,
-            activation: self.field.activation,
-        }
+    /// Shape of the reverse map's network, where there is one.
+    pub(crate) fn reverse_network(&self) -> Option<MlpShape> {
+        let of_points = 3 + encoding::width(self.reverse_octaves);
+        let inputs = match self.reverse_map {
+            _ if self.lambda_c == 0.0 => return None,
+            ReverseMap::Inverse => return None,
+            ReverseMap::Plain | ReverseMap::Residual | ReverseMap::ClosestPoint => of_points,
+            ReverseMap::Encoding => self.field.network().inputs + of_points,
+        };
+        Some(MlpShape { inputs, ..self.field.network() })
     }
 
     /// What is wrong with the settings, if anything.

@@ -18,7 +18,8 @@ const MAGIC: &[u8; 8] = b"ndfchk1\n";
 pub(crate) struct State {
     pub(crate) features: Vec<f32>,
     pub(crate) theta: Mlp,
-    pub(crate) phi: Mlp,
+    /// None where the reverse map has no network.
+    pub(crate) phi: Option<Mlp>,
     /// Of features, θ and φ.
     pub(crate) moments: [Moments; 3],
     /// Epochs made, those of the identity stage first.
@@ -104,7 +105,8 @@ impl Checkpoint {
     fn to_bytes(&self) -> Vec<u8> {
         let model = self.model.to_bytes();
         let State { features, theta, phi, moments, epoch, rate_factor, grids } = &self.state;
-        let groups = [features.as_slice(), theta.parameters(), phi.parameters()];
+        let phi = phi.as_ref().map_or(&[][..], Mlp::parameters);
+        let groups = [features.as_slice(), theta.parameters(), phi];
         let header = Header {
             settings: self.settings.clone(),
             epoch: *epoch,
@@ -163,8 +165,10 @@ impl Checkpoint {
         let settings = header.settings;
         let theta = Mlp::new(settings.field.network(), theta)
             .ok_or_else(|| content("its network has another shape"))?;
-        let phi = Mlp::new(settings.reverse_network(), phi)
-            .ok_or_else(|| content("its reverse map has another shape"))?;
+        let phi = settings
+            .reverse_network()
+            .map(|shape| Mlp::new(shape, phi).ok_or_else(|| content("its reverse map has another shape")))
+            .transpose()?;
         if features.len() != model.field.features().len() {
             return Err(content("its features do not fit its base mesh"));
         }

@@ -8,22 +8,24 @@ use ndf_core::field::SampleEncoding;
 use ndf_core::field::sample_encoding::add_scaled_row;
 use ndf_core::network::backward::InputGradient;
 use ndf_core::network::{
-    Activations, BLOCK, Gradients, Packed, backward, backward_tangent, encoding, forward, forward_tangent,
+    Activations, BLOCK, Gradients, Packed, backward, backward_tangent, forward, forward_tangent,
 };
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Origin, Sample};
+use crate::batch::Sample;
+use crate::cycle::{Cycle, ReverseNetwork};
 use crate::objective::Objective;
+use crate::origin::Origin;
 use crate::settings::ReverseMap;
-use crate::terms::{SampleGradients, Samples, Target, dot};
+use crate::terms::{SampleGradients, Samples, Target};
 
 /// A chunk's own memory, kept from epoch to epoch.
 pub(crate) struct Chunk {
     theta: Activations,
     theta_tangents: Option<[Activations; 2]>,
-    phi: Activations,
     pub(crate) theta_gradients: Gradients,
-    pub(crate) phi_gradients: Gradients,
+    /// None where the reverse map has no network.
+    pub(crate) phi: Option<ReverseNetwork>,
     /// Sums over samples of each term of the objective, unweighted.
     pub(crate) terms: Vec<f64>,
     /// Sum over samples of the cycle loss, unweighted.
@@ -31,14 +33,13 @@ pub(crate) struct Chunk {
 }
 
 impl Chunk {
-    pub(crate) fn new(theta: &Packed, phi: &Packed, objective: &Objective) -> Self {
+    pub(crate) fn new(theta: &Packed, phi: Option<&Packed>, objective: &Objective) -> Self {
         let tangent = || Activations::new(theta);
         Self {
             theta: Activations::new(theta),
             theta_tangents: objective.needs_tangents().then(|| [tangent(), tangent()]),
-            phi: Activations::new(phi),
             theta_gradients: Gradients::new(theta),
-            phi_gradients: Gradients::new(phi),
+            phi: phi.map(ReverseNetwork::new),
             terms: vec![0.0; objective.terms.len()],
             cycle: 0.0,
         }
@@ -49,7 +50,9 @@ impl Chunk {
     /// Adds the sums of another chunk.
     pub(crate) fn add(&mut self, other: &Self) {
         self.theta_gradients.add(&other.theta_gradients);
-        self.phi_gradients.add(&other.phi_gradients);
+        if let (Some(phi), Some(other)) = (&mut self.phi, &other.phi) {
+            phi.gradients.add(&other.gradients);
+        }
         self.terms.iter_mut().zip(&other.terms).for_each(|(to, from)| *to += from);
         self.cycle += other.cycle;
     }
@@ -62,10 +65,19 @@ pub(crate) struct Model<'a> {
     /// Derivatives of the barycentric coordinates of every base face along its orthonormal frame.
     pub(crate) frames: &'a [[[f32; 3]; 2]],
     pub(crate) theta: &'a Packed,
-    pub(crate) phi: &'a Packed,
+    /// None where the reverse map has no network.
+    pub(crate) phi: Option<&'a Packed>,
     pub(crate) reverse_map: ReverseMap,
     pub(crate) reverse_octaves: usize,
     pub(crate) residual: bool,
+}
+
+impl Model<'_> {
+    /// Columns of the reverse map's input before y: the encoding of the closest point of the base mesh, or none.
+    #[inline(always)]
+    pub(crate) fn reverse_prefix(&self) -> usize {
+        if self.reverse_map == ReverseMap::Encoding { self.theta.layers()[0].inputs } else { 0 }
+    }
 }
 
 /// The work of one chunk, to be dispatched.
@@ -77,7 +89,7 @@ pub(crate) struct Step<'a> {
     pub(crate) chunk: &'a mut Chunk,
     pub(crate) samples: &'a [Sample],
     pub(crate) targets: &'a [Target],
-    /// Of every sample, where the reverse map is [`ReverseMap::ClosestPoint`]; else empty.
+    /// Of every sample, where the reverse map asks for them; else empty.
     pub(crate) origins: &'a [Origin],
     /// The face whose corners come first in `corner_gradients`.
     pub(crate) first_face: u32,
@@ -93,7 +105,9 @@ impl WithSimd for Step<'_> {
         let Self { model, objective, share, chunk, samples, targets, origins, first_face, corner_gradients } =
             self;
         chunk.theta_gradients.clear();
-        chunk.phi_gradients.clear();
+        if let Some(phi) = &mut chunk.phi {
+            phi.gradients.clear();
+        }
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
         let mut corners =
@@ -211,57 +225,13 @@ impl<'a> Block<'a> {
         is_identity: bool,
     ) {
         let n = self.samples.len();
-        let inputs = if is_identity { &self.x } else { &self.y };
-        let stride = chunk.phi.input_stride();
-        for (row, y) in chunk.phi.input_mut().chunks_exact_mut(stride).zip(inputs).take(n) {
-            row[..3].copy_from_slice(y);
-        }
-        let rows = &mut chunk.phi.input_mut()[3..];
-        encoding::encode_rows(simd, &inputs[..n], model.reverse_octaves, rows, stride);
-        forward(simd, model.phi, &mut chunk.phi);
-        let out_stride = chunk.phi.output_stride();
-        let deltas = chunk.phi_gradients.output_mut().chunks_exact_mut(out_stride);
-        let mut sum = 0.0;
-        for (s, (delta, out)) in deltas.zip(chunk.phi.output().chunks_exact(out_stride)).enumerate() {
-            delta[..3].fill(0.0);
-            if s >= n {
-                continue;
-            }
-            let y = inputs[s];
-            // What the network is added to, and the direction in which that does not follow y.
-            let (start, still) = match (model.reverse_map, self.origins.get(s)) {
-                (ReverseMap::Plain, _) => ([0.0; 3], None),
-                (ReverseMap::ClosestPoint, Some(Origin { point, normal })) if !is_identity => {
-                    let away = [y[0] - point[0], y[1] - point[1], y[2] - point[2]];
-                    let height = dot(*normal, away);
-                    ([0, 1, 2].map(|c| y[c] - height * normal[c]), Some(*normal))
-                }
-                (ReverseMap::ClosestPoint | ReverseMap::Residual, _) => (y, Some([0.0; 3])),
-            };
-            let r = [0, 1, 2].map(|c| start[c] + out[c] - self.x[s][c]);
-            sum += dot(r, r);
-            for c in 0..3 {
-                delta[c] = 2.0 * weight * r[c];
-            }
-            if let (Some(still), false) = (still, is_identity) {
-                let along = 2.0 * weight * dot(still, r);
-                for c in 0..3 {
-                    self.dy[s][c] += delta[c] - along * still[c];
-                }
-            }
-        }
-        chunk.cycle += f64::from(sum);
-        let wanted = if is_identity { InputGradient::Unwanted } else { InputGradient::Wanted };
-        backward(simd, model.phi, &chunk.phi, &mut chunk.phi_gradients, wanted);
-        if is_identity {
-            return;
-        }
-        let inputs = chunk.phi.input().chunks_exact(stride);
-        let gradients = chunk.phi_gradients.input().chunks_exact(stride);
-        for ((input, gradient), dy) in inputs.zip(gradients).zip(&mut self.dy).take(n) {
-            let through = encoding::encode_backward(&input[3..], &gradient[3..], model.reverse_octaves);
-            for c in 0..3 {
-                dy[c] += gradient[c] + through[c];
+        let points = if is_identity { &self.x[..n] } else { &self.y[..n] };
+        let cycle = Cycle { samples: self.samples, origins: self.origins, base: &self.x[..n], points };
+        let mut by_points = [[0.0; 3]; BLOCK];
+        chunk.cycle += cycle.accumulate(simd, model, chunk.phi.as_mut(), weight, &mut by_points[..n]);
+        if !is_identity {
+            for (dy, by_point) in self.dy.as_flattened_mut().iter_mut().zip(by_points.as_flattened()) {
+                *dy += by_point;
             }
         }
     }

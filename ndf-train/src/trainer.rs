@@ -19,6 +19,7 @@ use crate::epoch::Epoch;
 use crate::error::TrainError;
 use crate::objective::Objective;
 use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
+use crate::origin::{closest_origins, inverse_origins};
 use crate::rounding::Rounded;
 use crate::settings::{ReverseMap, Settings};
 use crate::state::{Checkpoint, State};
@@ -66,7 +67,7 @@ pub struct Trainer<'a> {
     anchors: Option<Anchors>,
     /// Features and parameters of θ as the losses see them, where they are rounded.
     rounded: Rounded,
-    packed: (Packed, Packed),
+    packed: (Packed, Option<Packed>),
     gradients: (Vec<f32>, Vec<f32>),
     batch: Batch,
     /// Derivatives by the features, 3 d floats a base face: d for each of its corners.
@@ -95,14 +96,12 @@ impl<'a> Trainer<'a> {
         let (base, similarity) = stored_base(base, settings.precision);
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
-        let phi = match settings.reverse_map {
-            ReverseMap::Plain => Mlp::kaiming(settings.reverse_network(), &mut rng),
-            ReverseMap::Residual | ReverseMap::ClosestPoint => {
-                Mlp::zero_at_birth(settings.reverse_network(), &mut rng)
-            }
-        };
+        let phi = settings.reverse_network().map(|shape| match settings.reverse_map {
+            ReverseMap::Plain => Mlp::kaiming(shape, &mut rng),
+            _ => Mlp::zero_at_birth(shape, &mut rng),
+        });
         let (features, theta) = (start.features().to_vec(), start.network().clone());
-        let groups = [features.len(), theta.parameters().len(), phi.parameters().len()];
+        let groups = [features.len(), theta.parameters().len(), parameters(&phi).len()];
         let moments = groups.map(Moments::new);
         let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0, grids: None };
         Self::with_state(surface, start, similarity, settings, state)
@@ -135,10 +134,10 @@ impl<'a> Trainer<'a> {
     ) -> Result<Self, TrainError> {
         let base = start.base();
         let sampler = AreaSampler::of_manifold(base).ok_or(TrainError::NoArea)?;
-        let packed = (Packed::new(&state.theta), Packed::new(&state.phi));
-        let gradients = (vec![0.0; state.theta.parameters().len()], vec![0.0; state.phi.parameters().len()]);
+        let packed = (Packed::new(&state.theta), state.phi.as_ref().map(Packed::new));
+        let gradients = (vec![0.0; state.theta.parameters().len()], vec![0.0; parameters(&state.phi).len()]);
         let (objective, waiting) = if state.epoch < settings.identity_epochs {
-            (Objective::identity(), Some(Objective::of(settings)))
+            (Objective::identity(settings), Some(Objective::of(settings)))
         } else {
             (Objective::of(settings), None)
         };
@@ -159,7 +158,7 @@ impl<'a> Trainer<'a> {
             batch: Batch::new(settings.samples, base.face_count()),
             corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.features],
             chunks: Vec::new(),
-            base_tree: (settings.reverse_map == ReverseMap::ClosestPoint && settings.lambda_c > 0.0)
+            base_tree: (settings.lambda_c > 0.0 && settings.reverse_map.needs_origins())
                 .then(|| TriangleTree::new(base.as_triangle_mesh())),
             term_means: Vec::new(),
             start,
@@ -189,7 +188,7 @@ impl<'a> Trainer<'a> {
             .map(|&(p, q)| (self.similarity.to_normalised(p), self.similarity.to_normalised(q)))
             .collect();
         let weight = 0.1 * self.settings.lambda_p;
-        self.anchors = Some(Anchors::new(&self.start, &normalised, weight, &self.packed));
+        self.anchors = Some(Anchors::new(&self.start, &normalised, weight, &self.packed.0));
         self
     }
 
@@ -216,7 +215,7 @@ impl<'a> Trainer<'a> {
     /// Room for gradients, as the objective asks for it.
     fn make_room(&mut self) {
         let (theta, phi) = &self.packed;
-        self.chunks = (0..CHUNKS).map(|_| Chunk::new(theta, phi, &self.objective)).collect();
+        self.chunks = (0..CHUNKS).map(|_| Chunk::new(theta, phi.as_ref(), &self.objective)).collect();
         self.term_means = self.objective.terms.iter().map(|(_, term)| (term.name(), 0.0)).collect();
     }
 
@@ -306,7 +305,10 @@ impl<'a> Trainer<'a> {
         let guides = samples.iter().map(|s| base.face_normal(s.face));
         let images = field.map(&samples);
         if let Some(tree) = &self.base_tree {
-            self.batch.find_origins(base, tree, &images);
+            self.batch.origins = match self.settings.reverse_map {
+                ReverseMap::Inverse => inverse_origins(&field, tree, &images, &samples),
+                _ => closest_origins(base, tree, &images, &samples),
+            };
         }
         self.batch.project(self.surface_now(), &self.similarity, images.into_iter().zip(guides));
         self.projecting += before.elapsed();
@@ -319,7 +321,9 @@ impl<'a> Trainer<'a> {
         self.round();
         let (features, theta) = self.rounded.seen(&self.state.features, &self.state.theta);
         self.packed.0.pack(theta.parameters());
-        self.packed.1.pack(self.state.phi.parameters());
+        if let (Some(packed), Some(phi)) = (&mut self.packed.1, &self.state.phi) {
+            packed.pack(phi.parameters());
+        }
         let settings = &self.settings;
         let model = Model {
             encoding: SampleEncoding {
@@ -331,7 +335,7 @@ impl<'a> Trainer<'a> {
             },
             frames: &self.frames,
             theta: &self.packed.0,
-            phi: &self.packed.1,
+            phi: self.packed.1.as_ref(),
             reverse_map: settings.reverse_map,
             reverse_octaves: settings.reverse_octaves,
             residual: settings.field.residual,
@@ -352,7 +356,9 @@ impl<'a> Trainer<'a> {
         to_theta.fill(0.0);
         to_phi.fill(0.0);
         sum.theta_gradients.add_to(to_theta);
-        sum.phi_gradients.add_to(to_phi);
+        if let Some(phi) = &sum.phi {
+            phi.gradients.add_to(to_phi);
+        }
         for ((_, mean), sum) in self.term_means.iter_mut().zip(&sum.terms) {
             *mean = sum / settings.samples as f64;
         }
@@ -383,8 +389,8 @@ impl<'a> Trainer<'a> {
         let step = AdamStep::new(steps + 1, rate);
         let [of_features, of_theta, of_phi] = &mut self.state.moments;
         of_theta.apply(step, self.state.theta.parameters_mut(), &self.gradients.0);
-        if self.objective.lambda_c > 0.0 {
-            of_phi.apply(step, self.state.phi.parameters_mut(), &self.gradients.1);
+        if let Some(phi) = &mut self.state.phi {
+            of_phi.apply(step, phi.parameters_mut(), &self.gradients.1);
         }
         let d = settings.field.features;
         if d == 0 {
@@ -464,6 +470,11 @@ impl<'a> Trainer<'a> {
         }
         Ok(flipped as f64 / hits.max(1) as f64)
     }
+}
+
+/// Parameters of a network that may not be there.
+fn parameters(network: &Option<Mlp>) -> &[f32] {
+    network.as_ref().map_or(&[], Mlp::parameters)
 }
 
 /// Derivatives of the barycentric coordinates along an orthonormal frame of a triangle whose first vector is along

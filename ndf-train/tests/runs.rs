@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use ndf_core::mesh::shapes;
 use ndf_core::progress::{NoProgress, Progress};
 use ndf_core::{BoundingBox, DVec3, FieldShape, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
-use ndf_train::{Checkpoint, Fit, Hooks, Schedule, Settings, Trainer, train};
+use ndf_train::{Checkpoint, Fit, Hooks, ReverseMap, Schedule, Settings, Trainer, train};
 
 /// The unit sphere.
 struct Sphere;
@@ -58,11 +58,13 @@ fn bits(fit: &Fit) -> Vec<u32> {
 fn a_resumed_run_equals_the_unbroken_one() {
     let paper_like = Settings {
         field: FieldShape { residual: false, ..FieldShape::default() },
+        reverse_map: ReverseMap::Plain,
         identity_epochs: 35,
         ..quick()
     };
     let everything = Settings { lambda_d: 1.0, lambda_n: 10.0, lambda_f: 5.0, ..quick() };
-    for settings in [quick(), paper_like, everything] {
+    let encoding = Settings { reverse_map: ReverseMap::Encoding, ..quick() };
+    for settings in [quick(), paper_like, everything, encoding] {
         let (unbroken, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
         for after in [1, 4, 9] {
             let cancel = CancelAfter(AtomicUsize::new(after));
@@ -109,6 +111,7 @@ fn a_run_that_goes_astray_comes_back_at_a_smaller_rate() {
 fn the_identity_stage_makes_both_networks_the_identity() {
     let settings = Settings {
         field: FieldShape { residual: false, ..FieldShape::default() },
+        reverse_map: ReverseMap::Plain,
         identity_epochs: 600,
         epochs: 0,
         feature_rate: 1.0,
@@ -122,6 +125,22 @@ fn the_identity_stage_makes_both_networks_the_identity() {
     let rms = (moved.sum::<f64>() / 500.0).sqrt();
     assert!(rms < 0.05, "{rms} {:?}", fit.report);
     assert!(fit.report.cycle_loss < 0.01, "{:?}", fit.report);
+}
+
+/// The loss of every form of the reverse map falls below the square of how far g moves points, and that of the inverse
+/// of g all but vanishes, though the sphere is far from its base mesh.
+#[test]
+fn the_way_back_is_found() {
+    let cycle_loss = |reverse_map| {
+        let settings = Settings { reverse_map, epochs: 600, ..quick() };
+        run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress).0.report.cycle_loss
+    };
+    let inverse = cycle_loss(ReverseMap::Inverse);
+    assert!(inverse < 1e-5, "{inverse}");
+    for map in [ReverseMap::Residual, ReverseMap::ClosestPoint, ReverseMap::Encoding] {
+        let loss = cycle_loss(map);
+        assert!(inverse < loss && loss < 1e-3, "{map:?}: {loss}");
+    }
 }
 
 #[test]
@@ -163,6 +182,6 @@ fn alignment_of_normals_aligns_them_and_logs_tell() {
         let mapped = fit.field.map_with_tangents(&samples);
         mapped.iter().map(|m| 1.0 - m.normal().dot(m.point.normalize())).sum::<f64>() / 2000.0
     };
-    let (free, aligned) = (angle(0.0), angle(1e3));
+    let (free, aligned) = (angle(0.0), angle(1e4));
     assert!(aligned < 0.7 * free, "{aligned} {free}");
 }

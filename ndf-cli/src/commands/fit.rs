@@ -341,6 +341,7 @@ fn provenance(input: &Path, settings: &Settings, report: &FitReport) -> Value {
             "feature_rate": settings.feature_rate,
             "lambda_p": settings.lambda_p,
             "lambda_c": settings.lambda_c,
+            "reverse_map": settings.reverse_map,
             "lambda_d": settings.lambda_d,
             "lambda_n": settings.lambda_n,
             "lambda_f": settings.lambda_f,

@@ -30,7 +30,7 @@ pub struct Training {
     /// Weight of the projection loss [default: 1e4].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_p: Option<f32>,
-    /// Weight of the cycle loss [default: 1e2 to 1e5, as the kind of input needs].
+    /// Weight of the cycle loss [default: 1e3 to 1e5, as the kind of input needs; paper: 1e2 to 1e5].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_c: Option<f32>,
     /// Weight of the Dirichlet energy [default: 0].

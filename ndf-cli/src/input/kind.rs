@@ -48,9 +48,9 @@ impl Kind {
         }
     }
 
-    /// These settings with the weights this kind asks for.
+    /// These settings with the weight of the cycle loss this kind asks for, if that is more.
     pub fn settings(self, preset: Settings) -> Settings {
-        Settings { lambda_c: self.lambda_c(), ..preset }
+        Settings { lambda_c: preset.lambda_c.max(self.lambda_c()), ..preset }
     }
 }
 

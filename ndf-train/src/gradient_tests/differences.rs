@@ -1,8 +1,10 @@
 //! Agreement with central differences, in f64.
 
-use ndf_core::network::{Activation, MlpShape};
+use ndf_core::network::{Activation, Mlp, MlpShape};
 use rayon::prelude::*;
 
+use crate::batch::Sample;
+use crate::origin::Origin;
 use crate::settings::ReverseMap;
 
 use super::{
@@ -68,9 +70,9 @@ fn encode(x: Vector, dx: Vector, octaves: usize) -> (Vec<f64>, Vec<f64>) {
     (sines.chain(cosines).collect(), by_sine.chain(by_cosine).collect())
 }
 
-/// x, g(x) and the derivative of g, at the point with these barycentric coordinates, in the direction `along` of the
-/// same.
-fn g(e: &Epoch, features: &[f64], theta: &[f64], face: u32, at: Vector, along: Vector) -> [Vector; 3] {
+/// What g is given at the point with these barycentric coordinates, x at the same, and the derivatives of both in the
+/// direction `along`.
+fn encoding(e: &Epoch, features: &[f64], face: u32, at: Vector, along: Vector) -> [(Vec<f64>, Vector); 2] {
     let (mut z, mut dz) = (vec![0.0; FEATURES], vec![0.0; FEATURES]);
     let (mut x, mut dx) = ([0.0; 3], [0.0; 3]);
     for (c, v) in e.faces[face as usize].iter().enumerate() {
@@ -84,9 +86,39 @@ fn g(e: &Epoch, features: &[f64], theta: &[f64], face: u32, at: Vector, along: V
         }
     }
     let (code, dcode) = encode(x, dx, OCTAVES);
-    let input = ([z, x.to_vec(), code].concat(), [dz, dx.to_vec(), dcode].concat());
-    let (out, dout) = network(e.theta.shape(), theta, input.0, input.1);
+    [([z, x.to_vec(), code].concat(), x), ([dz, dx.to_vec(), dcode].concat(), dx)]
+}
+
+/// x, g(x) and the derivative of g, at the point with these barycentric coordinates, in the direction `along` of the
+/// same.
+fn g(e: &Epoch, features: &[f64], theta: &[f64], face: u32, at: Vector, along: Vector) -> [Vector; 3] {
+    let [(input, x), (dinput, dx)] = encoding(e, features, face, at, along);
+    let (out, dout) = network(e.theta.shape(), theta, input, dinput);
     [x, [0, 1, 2].map(|c| x[c] + out[c]), [0, 1, 2].map(|c| dx[c] + dout[c])]
+}
+
+/// g_φ(y); the features of the closest base point are those of the epoch, whatever is differentiated by.
+fn reverse(e: &Epoch, phi: &[f64], y: Vector, origin: &Origin) -> Vector {
+    let wide = |v: [f32; 3]| v.map(f64::from);
+    let (point, image, normal) = (wide(origin.point), wide(origin.image), wide(origin.normal));
+    let away = [0, 1, 2].map(|c| y[c] - image[c]);
+    let start = match e.reverse_map {
+        ReverseMap::Plain => [0.0; 3],
+        ReverseMap::Residual => y,
+        ReverseMap::ClosestPoint | ReverseMap::Encoding | ReverseMap::Inverse => {
+            [0, 1, 2].map(|c| point[c] + away[c] - dot(normal, away) * normal[c])
+        }
+    };
+    let Some(mlp) = &e.phi else { return start };
+    let features: Vec<f64> = e.features.iter().map(|&f| f64::from(f)).collect();
+    let Sample { face, barycentric } = origin.place;
+    let [(of_place, _), _] = encoding(e, &features, face, wide(barycentric), [0.0; 3]);
+    let prefix = if e.reverse_map == ReverseMap::Encoding { of_place } else { Vec::new() };
+    let (code, _) = encode(y, [0.0; 3], REVERSE_OCTAVES);
+    let input = [prefix, y.to_vec(), code].concat();
+    let zeros = vec![0.0; input.len()];
+    let (out, _) = network(mlp.shape(), phi, input, zeros);
+    [0, 1, 2].map(|c| start[c] + out[c])
 }
 
 /// The objective by its definition.
@@ -97,20 +129,8 @@ fn loss(e: &Epoch, weights: Weights, features: &[f64], theta: &[f64], phi: &[f64
         let [u, v] = e.frames[sample.face as usize];
         let along = |d: [f32; 3]| g(e, features, theta, sample.face, wide(sample.barycentric), wide(d));
         let ([x, y, ju], [_, _, jv]) = (along(u), along(v));
-        let (code, _) = encode(y, [0.0; 3], REVERSE_OCTAVES);
-        let input = [y.to_vec(), code].concat();
-        let zeros = vec![0.0; input.len()];
-        let (back, _) = network(e.phi.shape(), phi, input, zeros);
-        let start = match e.reverse_map {
-            ReverseMap::Plain => [0.0; 3],
-            ReverseMap::Residual => y,
-            ReverseMap::ClosestPoint => {
-                let (point, normal) = (wide(origin.point), wide(origin.normal));
-                let height = dot(normal, [0, 1, 2].map(|c| y[c] - point[c]));
-                [0, 1, 2].map(|c| y[c] - height * normal[c])
-            }
-        };
-        let cycle: f64 = (0..3).map(|c| (start[c] + back[c] - x[c]).powi(2)).sum();
+        let back = reverse(e, phi, y, origin);
+        let cycle: f64 = (0..3).map(|c| (back[c] - x[c]).powi(2)).sum();
 
         let away = [0, 1, 2].map(|c| y[c] - f64::from(target.foot[c]));
         let (normal, outward) = (wide(target.normal), wide(target.surface_normal));
@@ -138,12 +158,15 @@ fn gradients_agree_with_central_differences() {
     let together = [3.0, 0.2, 0.1, 0.5, 2.0];
     let (residual, relu) = (ReverseMap::Residual, Activation::Relu);
     let mut cases: Vec<_> = (0..5).map(|k| (alone(k), residual, relu)).collect();
-    cases.extend([ReverseMap::Plain, residual, ReverseMap::ClosestPoint].map(|map| (together, map, relu)));
+    let maps =
+        [ReverseMap::Plain, residual, ReverseMap::ClosestPoint, ReverseMap::Encoding, ReverseMap::Inverse];
+    cases.extend(maps.map(|map| (together, map, relu)));
     cases.extend(Activation::ALL.map(|activation| (together, residual, activation)));
     for (weights, reverse_map, activation) in cases {
         let e = epoch(weights, reverse_map, activation);
         let wide = |x: &[f32]| x.iter().map(|&v| f64::from(v)).collect::<Vec<_>>();
-        let groups = [wide(&e.features), wide(e.theta.parameters()), wide(e.phi.parameters())];
+        let phi = e.phi.as_ref().map_or(&[][..], Mlp::parameters);
+        let groups = [wide(&e.features), wide(e.theta.parameters()), wide(phi)];
         let value = loss(&e, weights, &groups[0], &groups[1], &groups[2]);
         let case = format!("{weights:?}, {reverse_map:?}, {activation:?}");
         assert!((value - e.loss).abs() < 1e-6 * value, "{case}: {value} {}", e.loss);

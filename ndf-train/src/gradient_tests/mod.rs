@@ -14,8 +14,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::batch::{Origin, Sample};
+use crate::batch::Sample;
 use crate::objective::Objective;
+use crate::origin::Origin;
 use crate::settings::ReverseMap;
 use crate::step::{Chunk, Model, Step};
 use crate::terms::{
@@ -58,7 +59,7 @@ struct Epoch {
     reverse_map: ReverseMap,
     features: Vec<f32>,
     theta: Mlp,
-    phi: Mlp,
+    phi: Option<Mlp>,
     loss: f64,
     by_features: Vec<f32>,
     by_theta: Vec<f32>,
@@ -72,24 +73,33 @@ fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> E
     let features: Vec<f32> = (0..VERTICES * FEATURES).map(|_| rng.random_range(-1.0..1.0)).collect();
     let shape = |inputs| MlpShape { inputs, hidden: vec![HIDDEN; 2], outputs: 3, activation };
     let theta = Mlp::kaiming(shape(THETA_INPUTS), &mut rng);
-    let phi = Mlp::kaiming(shape(PHI_INPUTS), &mut rng);
+    let phi_inputs = match reverse_map {
+        ReverseMap::Plain | ReverseMap::Residual | ReverseMap::ClosestPoint => Some(PHI_INPUTS),
+        ReverseMap::Encoding => Some(THETA_INPUTS + PHI_INPUTS),
+        ReverseMap::Inverse => None,
+    };
+    let phi = phi_inputs.map(|inputs| Mlp::kaiming(shape(inputs), &mut rng));
     let mut samples = Vec::new();
     let (mut targets, mut origins) = (Vec::new(), Vec::new());
     for _ in 0..SAMPLES {
-        let (a, b) = (rng.random_range(0.0..0.5_f32), rng.random_range(0.0..0.5_f32));
-        samples.push(Sample { face: rng.random_range(0..80), barycentric: [1.0 - a - b, a, b] });
+        let mut place = || {
+            let (a, b) = (rng.random_range(0.0..0.5_f32), rng.random_range(0.0..0.5_f32));
+            Sample { face: rng.random_range(0..80), barycentric: [1.0 - a - b, a, b] }
+        };
+        samples.push(place());
+        let place = place();
         let mut point = || [0; 3].map(|_| rng.random_range(-1.0..1.0_f32));
         let unit = |v: [f32; 3]| v.map(|x| x / v.iter().map(|x| x * x).sum::<f32>().sqrt());
         targets.push(Target { foot: point(), normal: unit(point()), surface_normal: unit(point()) });
-        origins.push(Origin { point: point(), normal: unit(point()) });
+        origins.push(Origin { place, point: point(), image: point(), normal: unit(point()) });
     }
     let positions = sample_encoding::single(base.positions());
     let frames: Vec<[[f32; 3]; 2]> =
         (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect();
-    let packed = (Packed::new(&theta), Packed::new(&phi));
+    let packed = (Packed::new(&theta), phi.as_ref().map(Packed::new));
     let weighted_terms = weights.into_iter().zip(terms()).filter(|(w, _)| *w > 0.0).collect();
     let objective = Objective { terms: weighted_terms, lambda_c: LAMBDA_C, is_identity: false };
-    let mut chunk = Chunk::new(&packed.0, &packed.1, &objective);
+    let mut chunk = Chunk::new(&packed.0, packed.1.as_ref(), &objective);
     let mut corners = vec![0.0; 3 * FEATURES * base.face_count()];
     let encoding = SampleEncoding {
         faces: base.faces(),
@@ -102,7 +112,7 @@ fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> E
         encoding,
         frames: &frames,
         theta: &packed.0,
-        phi: &packed.1,
+        phi: packed.1.as_ref(),
         reverse_map,
         reverse_octaves: REVERSE_OCTAVES,
         residual: true,
@@ -120,9 +130,11 @@ fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> E
     });
 
     let mut by_theta = vec![0.0; theta.parameters().len()];
-    let mut by_phi = vec![0.0; phi.parameters().len()];
     chunk.theta_gradients.add_to(&mut by_theta);
-    chunk.phi_gradients.add_to(&mut by_phi);
+    let mut by_phi = vec![0.0; phi.as_ref().map_or(0, |phi| phi.parameters().len())];
+    if let Some(network) = &chunk.phi {
+        network.gradients.add_to(&mut by_phi);
+    }
     let mut by_features = vec![0.0; features.len()];
     let vertices = base.faces().iter().flatten();
     for (&vertex, gradient) in vertices.zip(corners.chunks_exact(FEATURES)) {

@@ -98,7 +98,7 @@ fn gradients_agree_with_the_tape_of_dfdx() {
     let e: Epoch = epoch(WEIGHTS, ReverseMap::Residual, Activation::Relu);
     let device: Cpu = Cpu::default();
     let theta = Network::<THETA_INPUTS>::new(&device, &e.theta);
-    let phi = Network::<PHI_INPUTS>::new(&device, &e.phi);
+    let phi = Network::<PHI_INPUTS>::new(&device, e.phi.as_ref().expect("the residual map has a network"));
     let features: Matrix<VERTICES, FEATURES> = device.tensor(e.features.clone());
     let ones: Matrix<SAMPLES, 1> = device.ones();
 
