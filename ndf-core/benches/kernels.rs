@@ -15,27 +15,9 @@ use pulp::{Simd, WithSimd};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+mod peak;
+
 const REPEATS: usize = 20_000;
-
-/// A loop of fused multiply-adds on sixteen independent registers; returns operations made.
-struct Peak(u32);
-
-impl WithSimd for Peak {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let mut sums = [simd.splat_f32s(1.0); 16];
-        let (a, b) = (simd.splat_f32s(black_box(0.999)), simd.splat_f32s(1e-3));
-        for _ in 0..self.0 {
-            for sum in &mut sums {
-                *sum = simd.mul_add_f32s(*sum, a, b);
-            }
-        }
-        black_box(sums);
-        f64::from(self.0) * 16.0 * 2.0 * S::F32_LANES as f64
-    }
-}
 
 struct Forward<'a>(&'a Packed, &'a mut Activations);
 
@@ -71,7 +53,7 @@ fn gflops(run: impl FnOnce() -> f64) -> f64 {
 
 fn main() {
     let arch = pulp::Arch::new();
-    let peak = gflops(|| arch.dispatch(Peak(20_000_000)));
+    let peak = peak::gflops(1, 20_000_000);
     println!("peak {peak:.1} GFLOP/s");
     for (name, inputs) in [("g", 11), ("reverse map", 51)] {
         let shape = MlpShape { inputs, hidden: vec![32, 32], outputs: 3, activation: Activation::Relu };

@@ -16,9 +16,9 @@ use ndf_core::mesh::shapes;
 use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
 use ndf_train::{ReverseMap, Settings, Trainer};
-use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
+#[path = "../../ndf-core/benches/peak/mod.rs"]
+mod peak;
 #[path = "peers/tape.rs"]
 mod tape;
 
@@ -39,36 +39,9 @@ impl Surface for Sphere {
     }
 }
 
-/// A loop of fused multiply-adds on sixteen independent registers; returns operations made.
-struct Peak(u32);
-
-impl WithSimd for Peak {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let mut sums = [simd.splat_f32s(1.0); 16];
-        let (a, b) = (simd.splat_f32s(std::hint::black_box(0.999)), simd.splat_f32s(1e-3));
-        for _ in 0..self.0 {
-            for sum in &mut sums {
-                *sum = simd.mul_add_f32s(*sum, a, b);
-            }
-        }
-        std::hint::black_box(sums);
-        f64::from(self.0) * 16.0 * 2.0 * S::F32_LANES as f64
-    }
-}
-
 /// Measurements of each kind, in turns.
 const ROUNDS: usize = 8;
 const STEPS: usize = 12;
-
-fn peak_gflops(threads: usize) -> f64 {
-    let started = Instant::now();
-    let operations: f64 =
-        (0..threads).into_par_iter().map(|_| pulp::Arch::new().dispatch(Peak(4_000_000))).sum();
-    operations / started.elapsed().as_secs_f64() / 1e9
-}
 
 /// Multiply-adds of a network without padding: forward, or by each of the two products of the way back.
 fn products(inputs: usize) -> f64 {
@@ -146,7 +119,7 @@ fn time(tangents: Tangents, threads: usize) -> (f64, f64, f64, f64) {
         let mut peak = 0.0_f64;
         for _ in 0..ROUNDS {
             times.extend((0..STEPS).map(|_| epoch()));
-            peak = peak.max(peak_gflops(threads));
+            peak = peak.max(peak::gflops(threads, 4_000_000));
         }
         times.sort_unstable();
         let (least, median) = (times[0].as_secs_f64(), times[times.len() / 2].as_secs_f64());

@@ -1,6 +1,7 @@
 //! What a training run has learned so far, and its checkpoint file.
 
 use std::path::Path;
+use std::time::Duration;
 
 use ndf_core::io::atomic_write;
 use ndf_core::model::Grids;
@@ -81,6 +82,14 @@ impl Checkpoint {
     /// The model as learned so far.
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// The same, to go on for at most so long, or to the end: the limit of the run before does not count.
+    #[must_use]
+    pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
+        let before = Duration::try_from_secs_f64(self.seconds).unwrap_or_default();
+        self.settings.time_limit = limit.map(|limit| before.saturating_add(limit));
+        self
     }
 
     /// Writes the checkpoint beside the path and renames it, so that an older one is replaced whole or not at all.

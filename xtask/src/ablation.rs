@@ -36,7 +36,7 @@ pub(crate) enum Study {
     Octaves,
     /// The features' learning rate as a multiple of the networks'
     FeatureRate,
-    /// The two presets
+    /// The two presets, and the paper's with the reverse map of the other
     Presets,
 }
 
@@ -51,6 +51,9 @@ pub(crate) struct Options {
     /// Faces of the base mesh
     #[arg(long, default_value_t = 4000)]
     base_faces: usize,
+    /// Cases to run of these studies, by their names in the tables [default: all]
+    #[arg(long, num_args = 1..)]
+    case: Vec<String>,
     /// Epochs of every run but those of the presets [default: the default preset's]
     #[arg(long)]
     epochs: Option<usize>,
@@ -99,7 +102,13 @@ fn cases(study: Study, start: &Settings) -> Vec<Case> {
             kept.into_iter().chain(copies).collect()
         }
         Study::Cycle => {
-            let maps = [ReverseMap::Plain, ReverseMap::Residual, ReverseMap::ClosestPoint];
+            let maps = [
+                ReverseMap::Plain,
+                ReverseMap::Residual,
+                ReverseMap::ClosestPoint,
+                ReverseMap::Encoding,
+                ReverseMap::Inverse,
+            ];
             let weights = [1e2, 1e3, 1e4];
             let pairs = maps.into_iter().flat_map(|map| weights.map(|weight| (map, weight)));
             std::iter::once(case("none".into(), &|s| s.lambda_c = 0.0))
@@ -120,9 +129,20 @@ fn cases(study: Study, start: &Settings) -> Vec<Case> {
             .map(|rate| case(format!("{rate} times"), &|s| s.feature_rate = rate))
             .into(),
         Study::Presets => {
-            let presets = [("default", Settings::default()), ("paper", Settings::paper())];
+            let inverse = Settings { reverse_map: ReverseMap::Inverse, ..Settings::paper() };
+            let presets = [
+                ("default", Settings::default()),
+                ("paper", Settings::paper()),
+                ("paper with the inverse", inverse),
+            ];
             presets.map(|(name, settings)| Case { label: name.into(), settings, grid: None }).into()
         }
+    }
+}
+
+impl Study {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |v| v.get_name().into())
     }
 }
 
@@ -144,9 +164,10 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let base =
             base_mesh_of_manifold(&mesh, Some(&surface), &base, &NoProgress).map_err(|e| say(&e))?.mesh;
         for &study in studies {
-            let title = study.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
+            let title = study.name();
             let (mut curves, mut summary) = (Vec::new(), String::from(HEADER));
-            for case in cases(study, &start) {
+            let wanted = |case: &Case| options.case.is_empty() || options.case.contains(&case.label);
+            for case in cases(study, &start).into_iter().filter(wanted) {
                 let copy = case.grid.map(|cells| copied(&surface, cells)).transpose()?;
                 let seen = copy.as_ref().unwrap_or(&surface);
                 let (curve, report) = learn(seen, &surface, &base, &case.settings).map_err(|e| say(&e))?;
@@ -256,24 +277,63 @@ fn page(folder: &Path) -> Result<String, String> {
          <style>body{font:14px sans-serif;margin:2em}td,th{padding:.1em .8em;text-align:right}</style>\
          <h1>Ablations</h1><p>Distances in the box of side 3. Made by <code>cargo xtask ablation</code>.</p>\n",
     );
-    for file in files {
-        let read = |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
-        let (table, svg) = (read(&file)?, read(&file.with_extension("svg"))?);
-        html += &svg;
-        html += "<table>";
-        for (i, line) in table.lines().enumerate() {
-            let tag = if i == 0 { "th" } else { "td" };
-            html += "<tr>";
-            let (label, rest) = match line.strip_prefix('"').and_then(|l| l.split_once("\",")) {
-                Some(quoted) => quoted,
-                None => line.split_once(',').unwrap_or((line, "")),
-            };
-            for cell in std::iter::once(label).chain(rest.split(',')) {
-                let _ = write!(html, "<{tag}>{cell}</{tag}>");
-            }
-            html += "</tr>";
+    let read = |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
+    let tables = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    for study in Study::value_variants() {
+        let ending = format!("-{}.csv", study.name());
+        let of_study = files.iter().zip(&tables).filter(|(f, _)| f.to_string_lossy().ends_with(&ending));
+        let tables: Vec<&str> = of_study.map(|(_, table)| table.as_str()).collect();
+        let means = means(&tables);
+        if !means.is_empty() {
+            let _ = write!(html, "<h2>{}, mean over {} meshes</h2>", study.name(), tables.len());
+            html += &html_table(HEADER.lines().map(str::to_owned).chain(means));
         }
-        html += "</table>\n";
+    }
+    for (file, table) in files.iter().zip(&tables) {
+        html += &read(&file.with_extension("svg"))?;
+        html += &html_table(table.lines().map(str::to_owned));
     }
     Ok(html)
+}
+
+/// Means over tables of several meshes, of the cases that all of them have.
+fn means(tables: &[&str]) -> Vec<String> {
+    let [first, _, ..] = tables else { return Vec::new() };
+    let of_case = |label: &str| -> Option<String> {
+        let rows: Option<Vec<Vec<f64>>> = tables
+            .iter()
+            .map(|table| {
+                let (_, rest) = table.lines().map(cells).find(|(found, _)| *found == label)?;
+                rest.split(',').map(|cell| cell.parse().ok()).collect()
+            })
+            .collect();
+        let rows = rows?;
+        let mean = |k: usize| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
+        let columns: Vec<String> = (0..rows[0].len()).map(|k| format!("{:.3e}", mean(k))).collect();
+        Some(format!("\"{label}\",{}", columns.join(",")))
+    };
+    first.lines().skip(1).filter_map(|line| of_case(cells(line).0)).collect()
+}
+
+/// The label of a line, and what follows.
+fn cells(line: &str) -> (&str, &str) {
+    match line.strip_prefix('"').and_then(|l| l.split_once("\",")) {
+        Some(quoted) => quoted,
+        None => line.split_once(',').unwrap_or((line, "")),
+    }
+}
+
+/// A table of lines of CSV, the first of which is its head.
+fn html_table(lines: impl Iterator<Item = String>) -> String {
+    let mut html = String::from("<table>");
+    for (i, line) in lines.enumerate() {
+        let tag = if i == 0 { "th" } else { "td" };
+        let (label, rest) = cells(&line);
+        html += "<tr>";
+        for cell in std::iter::once(label).chain(rest.split(',')) {
+            let _ = write!(html, "<{tag}>{cell}</{tag}>");
+        }
+        html += "</tr>";
+    }
+    html + "</table>\n"
 }

@@ -53,7 +53,12 @@ enum Task {
         #[command(flatten)]
         options: performance::Options,
     },
-    /// What the two above run in a process of its own for every mesh
+    /// Measure the memory of training and write the table of docs/performance.md
+    Training {
+        #[command(flatten)]
+        options: performance::Options,
+    },
+    /// What the three above run in a process of its own for every mesh
     #[command(subcommand, hide = true)]
     Measure(performance::OneMesh),
 }
@@ -69,6 +74,7 @@ fn main() -> ExitCode {
         Task::Scalars(options) => scalars::run(&options),
         Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
         Task::Spectra { options } => performance::spectra(&options),
+        Task::Training { options } => performance::training(&options),
         Task::Measure(mesh) => performance::measure(mesh),
     };
     match done {

@@ -43,10 +43,11 @@ pub struct Arguments {
     /// Points of the base mesh and where their images should be; lines of six numbers, in the input's units.
     #[arg(long, value_name = "FILE")]
     anchors: Option<PathBuf>,
-    /// Where an interrupted run leaves its checkpoint [default: the model's name with .checkpoint].
+    /// Where an interrupted run leaves its checkpoint [default: the model's name with .checkpoint]. If given, a run whose
+    /// time is up leaves one beside its model, too.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Go on from a checkpoint, with its base mesh and settings.
+    /// Go on from a checkpoint, with its base mesh and settings; a time limit may be set anew.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "Training"])]
     resume: Option<PathBuf>,
     /// Write a line of JSON for every batch: losses, rate, share of flipped samples, times.
@@ -77,6 +78,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         log: arguments.log.as_deref(),
     };
     let (fitted, checkpoint) = fit_file(&job, context)?;
+    let write_checkpoint = |path: &Path| {
+        checkpoint.write(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
+    };
     if interrupt::is_requested() {
         let default = || {
             let mut name = arguments.output.clone().into_os_string();
@@ -84,11 +88,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             PathBuf::from(name)
         };
         let path = arguments.checkpoint.clone().unwrap_or_else(default);
-        checkpoint.write(&path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
+        write_checkpoint(&path)?;
         let (done, all) =
             (checkpoint.epoch(), checkpoint.settings().epochs + checkpoint.settings().identity_epochs);
         return Err(Failure::new(format!("interrupted after {done} of {all} epochs"))
             .try_instead(&format!("--resume {} goes on from there", path.display())));
+    }
+    if let (true, Some(path)) = (fitted.report.interrupted, &arguments.checkpoint) {
+        write_checkpoint(path)?;
     }
     let bytes = fitted.model.to_bytes();
     let path = arguments.output.display().to_string();
@@ -160,6 +167,15 @@ pub struct Fitted {
 pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint), Failure> {
     let name = job.input.display();
     let progress = context.progress().cancelled_by(interrupt::flag());
+    // Before training begins there is nothing to keep.
+    let unless_interrupted = |failure: Failure| {
+        if interrupt::is_requested() {
+            Failure::new(format!("{name}: interrupted before training began"))
+                .try_instead("nothing was learned, so there is no checkpoint to go on from")
+        } else {
+            failure
+        }
+    };
     let started = Instant::now();
     let source = input::open(job.input, job.reading, context)?;
     let seconds_reading = started.elapsed().as_secs_f64();
@@ -169,18 +185,22 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         .resume
         .map(|path| Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display()))));
     let start = match (checkpoint.transpose()?, job.base) {
-        (Some(checkpoint), _) => Start::Resumed(Box::new(checkpoint)),
+        (Some(checkpoint), _) => {
+            Start::Resumed(Box::new(checkpoint.with_time_limit(job.training.time_limit())))
+        }
         (None, Some(path)) => Start::Fresh(read_base(path, context)?),
         (None, None) => {
             let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
-            let Base { mesh, report, remark } =
-                source.base_mesh(&name.to_string(), &options, context, &progress)?;
+            let made = source.base_mesh(&name.to_string(), &options, context, &progress);
+            let Base { mesh, report, remark } = made.map_err(unless_interrupted)?;
             (base_report, base_remark) = (report, remark);
             Start::Fresh(mesh)
         }
     };
     let settings = job.training.settings(source.kind, context.seed());
-    let band = source.band(&name.to_string(), &start.stored_base(&settings), &progress)?;
+    let band = source
+        .band(&name.to_string(), &start.stored_base(&settings), &progress)
+        .map_err(unless_interrupted)?;
     let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
     let mut trainer = match start {
         Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint),

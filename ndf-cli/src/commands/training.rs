@@ -49,7 +49,15 @@ pub struct Training {
     /// Keep all numbers in single precision.
     #[arg(long)]
     lossless: bool,
-    /// End training after this long, with what is learned by then.
+    #[command(flatten)]
+    limit: Limit,
+}
+
+/// How long to train: what may also be said of a run that is resumed.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[group(skip)]
+struct Limit {
+    /// End training after this long, with what is learned by then; of a run that is resumed, after this long from now.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
 }
@@ -71,13 +79,18 @@ impl Training {
         Self { lossless: true, bits: None, ..self }
     }
 
+    /// How long to train at most, where that was given.
+    pub fn time_limit(&self) -> Option<Duration> {
+        self.limit.time_limit
+    }
+
     /// Settings for a kind of input, with what was given.
     pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let preset = match self.preset {
             Preset::Default => Settings::default(),
             Preset::Paper => Settings::paper(),
         };
-        let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
+        let mut settings = Settings { seed, time_limit: self.time_limit(), ..kind.settings(preset) };
         if let Some(features) = self.features {
             settings.field.features = features as usize;
         }

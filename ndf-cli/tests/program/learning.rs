@@ -164,6 +164,11 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
     assert_eq!(code, Some(1));
     assert!(!folder.0.join("broken.ndf").exists());
     let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
+    // No time at all leaves everything as it was.
+    let again = ["--time-limit", "0", "--checkpoint", "again.checkpoint", "--json"];
+    let halted = ndf(&folder.0, &[&resumed[..], &again].concat()).json();
+    assert_eq!(halted["interrupted"], true);
+    let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "again.checkpoint", "--quiet"];
     assert_eq!(ndf(&folder.0, &resumed).code, 0);
     let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
     assert!(read("broken.ndf") == read("unbroken.ndf"));
@@ -186,6 +191,34 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
         ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "c", "--epochs", "5"]).code,
         2
     );
+}
+
+/// An interruption before training has begun ends the run with a sentence that says so, and leaves nothing behind.
+#[cfg(unix)]
+#[test]
+fn an_interruption_while_the_base_mesh_is_made_leaves_nothing() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("early");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    // A pipe that holds the mesh back until the signal has come.
+    assert!(Command::new("mkfifo").arg(folder.0.join("pipe.ply")).status().unwrap().success());
+    let run = Command::new(env!("CARGO_BIN_EXE_ndf"))
+        .current_dir(&folder.0)
+        .args(["fit", "pipe.ply", "-o", "m.ndf", "--quiet"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut pipe = std::fs::OpenOptions::new().write(true).open(folder.0.join("pipe.ply")).unwrap();
+    Command::new("kill").args(["-TERM", &run.id().to_string()]).status().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    pipe.write_all(&std::fs::read(folder.0.join("torus.ply")).unwrap()).unwrap();
+    drop(pipe);
+    let output = run.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("interrupted before training began"), "{message}");
+    assert_eq!(folder.files(), ["pipe.ply", "torus.ply"]);
 }
 
 #[test]

@@ -5,12 +5,11 @@ use ndf_core::network::{Activation, Mlp};
 
 use super::{
     Epoch, FEATURES, HIDDEN, LAMBDA_C, LAMBDA_P, OCTAVES, PHI_INPUTS, REVERSE_OCTAVES, SAMPLES, THETA_INPUTS,
-    VERTICES, epoch, relative_error,
+    VERTICES, Weights, epoch, relative_error,
 };
 use crate::batch::Sample;
 use crate::settings::ReverseMap;
-
-const WEIGHTS: super::Weights = [LAMBDA_P, 0.0, 0.0, 0.0, 0.0];
+use crate::terms::Target;
 
 type Matrix<const M: usize, const N: usize, T = NoneTape> = Tensor<Rank2<M, N>, f32, Cpu, T>;
 type Taped = OwnedTape<f32, Cpu>;
@@ -21,6 +20,17 @@ struct Network<const INPUTS: usize> {
     second: Matrix<HIDDEN, HIDDEN>,
     third: Matrix<HIDDEN, 3>,
     biases: (Matrix<1, HIDDEN>, Matrix<1, HIDDEN>, Matrix<1, 3>),
+}
+
+/// A network's output, and 1 where a hidden unit is above zero, 0 where it is not: the slopes of ReLU.
+struct Applied {
+    output: Matrix<SAMPLES, 3, Taped>,
+    sides: [Matrix<SAMPLES, HIDDEN>; 2],
+}
+
+fn sides(sums: &Matrix<SAMPLES, HIDDEN, Taped>) -> Matrix<SAMPLES, HIDDEN> {
+    let of = |x: f32| if x > 0.0 { 1.0 } else { 0.0 };
+    sums.device().tensor(sums.as_vec().into_iter().map(of).collect::<Vec<f32>>())
 }
 
 /// Rows become columns.
@@ -47,15 +57,26 @@ impl<const INPUTS: usize> Network<INPUTS> {
         }
     }
 
-    /// The network of inputs that come in blocks of columns, each with the first of its rows of weights.
-    fn apply(
+    /// The network, from the sums of the first layer without its biases. Inputs come in blocks of columns, each with
+    /// rows of the weights of its own.
+    fn apply(&self, ones: &Matrix<SAMPLES, 1>, first: Matrix<SAMPLES, HIDDEN, Taped>) -> Applied {
+        let bias = |b: &Matrix<1, HIDDEN>| ones.leaky_trace().matmul(b.leaky_trace());
+        let sums = first + bias(&self.biases.0);
+        let of_first = sides(&sums);
+        let sums = sums.relu().matmul(self.second.leaky_trace()) + bias(&self.biases.1);
+        let of_second = sides(&sums);
+        let last = ones.leaky_trace().matmul(self.biases.2.leaky_trace());
+        Applied { output: sums.relu().matmul(self.third.leaky_trace()) + last, sides: [of_first, of_second] }
+    }
+
+    /// The derivative of the network in a direction, from that of the sums of the first layer.
+    fn apply_tangent(
         &self,
-        ones: &Matrix<SAMPLES, 1>,
+        [of_first, of_second]: &[Matrix<SAMPLES, HIDDEN>; 2],
         first: Matrix<SAMPLES, HIDDEN, Taped>,
     ) -> Matrix<SAMPLES, 3, Taped> {
-        let h = (first + ones.leaky_trace().matmul(self.biases.0.leaky_trace())).relu();
-        let h = h.matmul(self.second.leaky_trace()) + ones.leaky_trace().matmul(self.biases.1.leaky_trace());
-        h.relu().matmul(self.third.leaky_trace()) + ones.leaky_trace().matmul(self.biases.2.leaky_trace())
+        let t = (first * of_first.clone()).matmul(self.second.leaky_trace());
+        (t * of_second.clone()).matmul(self.third.leaky_trace())
     }
 
     /// Gradients in the order of the parameters.
@@ -72,6 +93,11 @@ impl<const INPUTS: usize> Network<INPUTS> {
     }
 }
 
+/// Three rows of the weights of a first layer.
+fn rows<const INPUTS: usize>(weights: &Matrix<INPUTS, HIDDEN>, first: usize) -> Matrix<3, HIDDEN, Taped> {
+    weights.leaky_trace().gather(weights.device().tensor([first, first + 1, first + 2]))
+}
+
 /// The encoding of `x` as dfdx writes it, times the rows of `weights` from `row` on.
 fn encoded<const INPUTS: usize>(
     x: &Matrix<SAMPLES, 3, Taped>,
@@ -79,77 +105,158 @@ fn encoded<const INPUTS: usize>(
     weights: &Matrix<INPUTS, HIDDEN>,
     row: usize,
 ) -> Matrix<SAMPLES, HIDDEN, Taped> {
-    let device = x.device().clone();
-    let rows = |first: usize| -> Matrix<3, HIDDEN, Taped> {
-        weights.leaky_trace().gather(device.tensor([first, first + 1, first + 2]))
-    };
-    let mut sum = x.with_empty_tape().matmul(rows(row));
+    let mut sum = x.with_empty_tape().matmul(rows(weights, row));
     for k in 0..octaves {
         let t = x.with_empty_tape() * (std::f32::consts::PI * (1 << k) as f32);
         let (sin, cos) = (t.with_empty_tape().sin(), t.cos());
-        sum = sum + sin.matmul(rows(row + 3 + 3 * k));
-        sum = sum + cos.matmul(rows(row + 3 + 3 * octaves + 3 * k));
+        sum = sum + sin.matmul(rows(weights, row + 3 + 3 * k));
+        sum = sum + cos.matmul(rows(weights, row + 3 + 3 * octaves + 3 * k));
     }
     sum
 }
 
-#[test]
-fn gradients_agree_with_the_tape_of_dfdx() {
-    let e: Epoch = epoch(WEIGHTS, ReverseMap::Residual, Activation::Relu);
+/// The derivative of the same in the direction `dx`.
+fn encoded_tangent<const INPUTS: usize>(
+    x: &Matrix<SAMPLES, 3>,
+    dx: &Matrix<SAMPLES, 3>,
+    octaves: usize,
+    weights: &Matrix<INPUTS, HIDDEN>,
+    row: usize,
+) -> Matrix<SAMPLES, HIDDEN, Taped> {
+    let mut sum = dx.leaky_trace().matmul(rows(weights, row));
+    for k in 0..octaves {
+        let frequency = std::f32::consts::PI * (1 << k) as f32;
+        let (t, dt) = (x.clone() * frequency, dx.clone() * frequency);
+        let (by_sin, by_cos) = (t.clone().cos() * dt.clone(), -(t.sin() * dt));
+        sum = sum + by_sin.leaky_trace().matmul(rows(weights, row + 3 + 3 * k));
+        sum = sum + by_cos.leaky_trace().matmul(rows(weights, row + 3 + 3 * octaves + 3 * k));
+    }
+    sum
+}
+
+/// Features and positions, combined with weights of the corners of the samples' faces.
+fn combined(
+    e: &Epoch,
+    features: &Matrix<VERTICES, FEATURES>,
+    weights: impl Fn(&Sample) -> [f32; 3],
+) -> (Matrix<SAMPLES, FEATURES, Taped>, Matrix<SAMPLES, 3>) {
+    let device = features.device().clone();
+    let mut x = vec![0.0; 3 * SAMPLES];
+    let mut corner = |c: usize| {
+        let indices: [usize; SAMPLES] =
+            std::array::from_fn(|s| e.faces[e.samples[s].face as usize][c] as usize);
+        let of_corner: Vec<f32> = e.samples.iter().map(|s| weights(s)[c]).collect();
+        for (s, v) in indices.iter().enumerate() {
+            for k in 0..3 {
+                x[3 * s + k] += of_corner[s] * e.positions[*v][k];
+            }
+        }
+        let w: Matrix<SAMPLES, FEATURES> =
+            device.tensor(of_corner.iter().flat_map(|&w| [w; FEATURES]).collect::<Vec<_>>());
+        let of_features: Matrix<SAMPLES, FEATURES, Taped> =
+            features.leaky_trace().gather(device.tensor(indices));
+        of_features * w
+    };
+    let z = corner(0) + corner(1) + corner(2);
+    (z, device.tensor(x))
+}
+
+/// Sums of the products of rows.
+fn dot(
+    a: Matrix<SAMPLES, 3, Taped>,
+    b: Matrix<SAMPLES, 3, Taped>,
+) -> Tensor<Rank1<SAMPLES>, f32, Cpu, Taped> {
+    (a * b).sum::<Rank1<SAMPLES>, _>()
+}
+
+/// Rows' entries moved by `by` places.
+fn rolled(a: &Matrix<SAMPLES, 3, Taped>, by: usize) -> Matrix<SAMPLES, 3, Taped> {
+    let mut permutation = vec![0.0; 9];
+    (0..3).for_each(|c| permutation[3 * ((c + by) % 3) + c] = 1.0);
+    let permutation: Matrix<3, 3> = a.device().tensor(permutation);
+    a.with_empty_tape().matmul(permutation)
+}
+
+fn cross(a: &Matrix<SAMPLES, 3, Taped>, b: &Matrix<SAMPLES, 3, Taped>) -> Matrix<SAMPLES, 3, Taped> {
+    rolled(a, 1) * rolled(b, 2) - rolled(a, 2) * rolled(b, 1)
+}
+
+/// The objective on the tape, term by term as the supplement writes them, and its gradients by features, θ and φ.
+fn on_tape(e: &Epoch, weights: Weights) -> (f64, [Vec<f64>; 3]) {
     let device: Cpu = Cpu::default();
     let theta = Network::<THETA_INPUTS>::new(&device, &e.theta);
     let phi = Network::<PHI_INPUTS>::new(&device, e.phi.as_ref().expect("the residual map has a network"));
     let features: Matrix<VERTICES, FEATURES> = device.tensor(e.features.clone());
     let ones: Matrix<SAMPLES, 1> = device.ones();
+    let first_rows: [usize; FEATURES] = std::array::from_fn(|k| k);
+    let of_z =
+        || -> Matrix<FEATURES, HIDDEN, Taped> { theta.first.leaky_trace().gather(device.tensor(first_rows)) };
 
-    let mut z: Option<Matrix<SAMPLES, FEATURES, Taped>> = None;
-    let mut x = vec![0.0; 3 * SAMPLES];
-    for c in 0..3 {
-        let corner = |s: &Sample| e.faces[s.face as usize][c] as usize;
-        let indices: [usize; SAMPLES] = std::array::from_fn(|s| corner(&e.samples[s]));
-        let barycentric: Vec<f32> = e.samples.iter().map(|s| s.barycentric[c]).collect();
-        let b = barycentric.iter().flat_map(|&b| [b; FEATURES]).collect::<Vec<_>>();
-        let b: Matrix<SAMPLES, FEATURES> = device.tensor(b);
-        let corner_features: Matrix<SAMPLES, FEATURES, Taped> =
-            features.leaky_trace().gather(device.tensor(indices));
-        let part = corner_features * b;
-        z = Some(match z {
-            None => part,
-            Some(sum) => sum + part,
-        });
-        for (s, v) in indices.iter().enumerate() {
-            for k in 0..3 {
-                x[3 * s + k] += barycentric[s] * e.positions[*v][k];
-            }
+    let (z, x) = combined(e, &features, |s| s.barycentric);
+    let first = z.matmul(of_z()) + encoded(&x.leaky_trace(), OCTAVES, &theta.first, FEATURES);
+    let Applied { output, sides } = theta.apply(&ones, first);
+    let y = output + x.clone();
+    let tangent = |k: usize| {
+        let (dz, dx) = combined(e, &features, |s| e.frames[s.face as usize][k]);
+        let first = dz.matmul(of_z()) + encoded_tangent(&x, &dx, OCTAVES, &theta.first, FEATURES);
+        theta.apply_tangent(&sides, first) + dx
+    };
+    let (u, v) = (tangent(0), tangent(1));
+
+    let first = encoded(&y, REVERSE_OCTAVES, &phi.first, 0);
+    let back = phi.apply(&ones, first).output + y.with_empty_tape();
+    let cycle = (back - x).square().sum::<Rank0, _>();
+
+    let of_targets = |of: fn(&Target) -> [f32; 3]| -> Matrix<SAMPLES, 3> {
+        device.tensor(e.targets.iter().flat_map(of).collect::<Vec<_>>())
+    };
+    let (foot, normal) = (of_targets(|t| t.foot), of_targets(|t| t.normal));
+    let outward = of_targets(|t| t.surface_normal);
+    let away = y - foot;
+    let height = (away.with_empty_tape() * normal).sum::<Rank1<SAMPLES>, _>();
+    let trace = dot(u.with_empty_tape(), u.with_empty_tape()) + dot(v.with_empty_tape(), v.with_empty_tape());
+    let area = cross(&u, &v);
+    let length = dot(area.with_empty_tape(), area.with_empty_tape()).sqrt();
+    let unit = area.with_empty_tape() / length.broadcast::<Rank2<SAMPLES, 3>, _>();
+    let determinant = (area * outward.clone()).sum::<Rank1<SAMPLES>, _>();
+    let t = -(determinant / trace.with_empty_tape());
+    let terms = [
+        height.square().sum::<Rank0, _>(),
+        away.square().sum::<Rank0, _>(),
+        trace.sum::<Rank0, _>(),
+        (unit - outward).square().sum::<Rank0, _>(),
+        (((t * 10.0).exp() + 1.0).ln() / 10.0).sum::<Rank0, _>(),
+    ];
+    let mut total = cycle * (LAMBDA_C / SAMPLES as f32);
+    for (term, weight) in terms.into_iter().zip(weights) {
+        // A term without weight may have no finite gradient.
+        if weight > 0.0 {
+            total = total + term * (weight / SAMPLES as f32);
         }
     }
-    let z = z.expect("a face has corners");
-    let x: Matrix<SAMPLES, 3> = device.tensor(x);
-
-    let first_rows: [usize; FEATURES] = std::array::from_fn(|k| k);
-    let of_z: Matrix<FEATURES, HIDDEN, Taped> = theta.first.leaky_trace().gather(device.tensor(first_rows));
-    let first = z.matmul(of_z) + encoded(&x.leaky_trace(), OCTAVES, &theta.first, FEATURES);
-    let y = theta.apply(&ones, first) + x.clone();
-    let first = encoded(&y, REVERSE_OCTAVES, &phi.first, 0);
-    let back = phi.apply(&ones, first) + y.with_empty_tape();
-
-    let foot: Matrix<SAMPLES, 3> = device.tensor(e.targets.iter().flat_map(|t| t.foot).collect::<Vec<_>>());
-    let normal: Matrix<SAMPLES, 3> =
-        device.tensor(e.targets.iter().flat_map(|t| t.normal).collect::<Vec<_>>());
-    let height = ((y - foot) * normal).sum::<Rank1<SAMPLES>, _>();
-    let projection = height.square().sum::<Rank0, _>() * (LAMBDA_P / SAMPLES as f32);
-    let cycle = (back - x).square().sum::<Rank0, _>() * (LAMBDA_C / SAMPLES as f32);
-    let total = projection + cycle;
-    assert!((f64::from(total.array()) - e.loss).abs() < 1e-5 * e.loss);
+    let value = f64::from(total.array());
     let g = total.backward();
+    let by_features = g.get(&features).as_vec().into_iter().map(f64::from).collect();
+    (value, [by_features, theta.gradients(&g), phi.gradients(&g)])
+}
 
-    let by_features: Vec<f64> = g.get(&features).as_vec().into_iter().map(f64::from).collect();
-    for (name, found, truth) in [
-        ("features", &e.by_features, by_features),
-        ("theta", &e.by_theta, theta.gradients(&g)),
-        ("phi", &e.by_phi, phi.gradients(&g)),
-    ] {
-        let error = relative_error(found, &truth);
-        assert!(error < 1e-4, "{name}: {error:.1e}");
+/// Every term alone and all of them together, each with the cycle loss, by every group of parameters. Anchors are the
+/// second of the terms.
+#[test]
+fn gradients_agree_with_the_tape_of_dfdx() {
+    let alone = |k: usize| std::array::from_fn(|i| if i == k { LAMBDA_P } else { 0.0 });
+    let mut cases: Vec<Weights> = (0..5).map(alone).collect();
+    cases.push([3.0, 0.2, 0.1, 0.5, 2.0]);
+    for weights in cases {
+        let e = epoch(weights, ReverseMap::Residual, Activation::Relu);
+        let (loss, truths) = on_tape(&e, weights);
+        assert!((loss - e.loss).abs() < 1e-5 * e.loss, "{weights:?}: {loss} {}", e.loss);
+        let found = [&e.by_features, &e.by_theta, &e.by_phi];
+        for (name, (found, truth)) in
+            ["features", "theta", "phi"].into_iter().zip(found.into_iter().zip(&truths))
+        {
+            let error = relative_error(found, truth);
+            assert!(error < 1e-4, "{weights:?}, {name}: {error:.1e}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! What geodesics and spectra cost, and what rivals take on the same meshes: the tables of docs/performance.md.
+//! What geodesics, spectra and training cost, and what rivals take on the same meshes: the tables of docs/performance.md.
 //!
 //! Every mesh is measured in a process of its own, in which rivals take turns with ours.
 
@@ -6,6 +6,7 @@ mod geodesics;
 mod meshes;
 pub(crate) mod process;
 mod spectra;
+mod training;
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,7 @@ use meshes::MeshName;
 use process::Threads;
 pub(crate) use process::timed;
 
-/// What both tables are made with.
+/// What the tables are made with.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Options {
     /// The folder with the meshes
@@ -40,6 +41,7 @@ pub(crate) struct Options {
 pub(crate) enum OneMesh {
     Geodesics(geodesics::Arguments),
     Spectra(spectra::Arguments),
+    Training(training::Arguments),
 }
 
 /// Measures one mesh and prints what was measured as JSON.
@@ -48,6 +50,7 @@ pub(crate) fn measure(mesh: OneMesh) -> Result<(), String> {
     let row = match mesh {
         OneMesh::Geodesics(arguments) => geodesics::row(&arguments)?,
         OneMesh::Spectra(arguments) => spectra::row(&arguments)?,
+        OneMesh::Training(arguments) => training::row(&arguments)?,
     };
     println!("{row}");
     Ok(())
@@ -70,6 +73,12 @@ pub(crate) fn spectra(options: &Options) -> Result<(), String> {
         spectra::add_all_threads(row, &measured("spectra", options, &again, &[], Threads::Default)?);
     }
     publish("cargo xtask spectra", options, &spectra::tables(&rows))
+}
+
+/// The table of training.
+pub(crate) fn training(options: &Options) -> Result<(), String> {
+    let rows = rows("training", options, training::MESHES, &[], Threads::Default)?;
+    publish("cargo xtask training", options, &training::tables(&rows))
 }
 
 /// One object for every mesh.
