@@ -171,8 +171,10 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         let mut lines_of_guides = lines(&along_guides);
         let along_guide = LevelSearch { reach: self.search.guide_reach, ..self.search };
         search(&side, &mut lines_of_guides, &along_guide);
-        // The others follow the gradient.
-        let missed = |line: &Option<Line>| line.as_ref().is_none_or(|line| !line.is_bracketed());
+        // The others follow the gradient, and so do those whose guides led far: it may lead to something nearer.
+        let is_near = |line: &Line| line.length() <= NEAR * self.search.step;
+        let missed =
+            |line: &Option<Line>| line.as_ref().is_none_or(|line| !(line.is_bracketed() && is_near(line)));
         let along_gradients: Vec<Option<DVec3>> = lines_of_guides
             .iter()
             .zip(&starts)
@@ -182,11 +184,11 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         search(&side, &mut lines_of_gradients, &self.search);
 
         let either = |(first, second): (Option<Line>, Option<Line>)| {
-            first.into_iter().chain(second).find(Line::is_bracketed)
+            let bracketed = first.into_iter().chain(second).filter(Line::is_bracketed);
+            bracketed.min_by(|a, b| a.length().total_cmp(&b.length()))
         };
         let mut crossed: Vec<Option<Line>> =
             lines_of_guides.into_iter().zip(lines_of_gradients).map(either).collect();
-        let is_near = |line: &Line| line.length() <= NEAR * self.search.step;
         let astray: Vec<usize> = (0..crossed.len())
             .filter(|&k| along_guides[k].is_none() && !crossed[k].as_ref().is_some_and(is_near))
             .collect();
