@@ -33,7 +33,7 @@ pub struct LevelSearch {
     pub polish: u32,
 }
 
-/// Where the gradient is trusted to lead to the closest point: within this many longest steps.
+/// What is found within this many longest steps is taken for the closest part of the surface.
 const NEAR: f64 = 2.0;
 
 impl LevelSearch {
@@ -57,11 +57,11 @@ impl LevelSearch {
 /// outward from a point inside and inward from a point outside, so that the crossing found is one where n leaves the
 /// inside. The crossing is then moved along the level set to the point of it closest to p, by steps on tangent planes
 /// (the limit p − x ∥ ∇f is a local minimum of the distance), unless that leads to where the surface is turned
-/// against n. Without a guide, or where its line does not meet the level within [`LevelSearch::guide_reach`], the
-/// gradient at p shows the way. If that leads to where the surface is turned against n, p has strayed through a thin
-/// wall: the search goes on from there through the wall, along n, to the other side. Points without a guide also
-/// look along the axes if the gradient does not lead to the level at once. Points whose lines do not meet the level within
-/// [`LevelSearch::reach`] miss.
+/// against n. Without a guide, or where its line meets the level far away (two [steps](LevelSearch::step)) or not within
+/// [`LevelSearch::guide_reach`], the gradient at p shows another way, and the nearer crossing is taken. If that leads to
+/// where the surface is turned against n, p has strayed through a thin wall: the search goes on from there through the
+/// wall, along n, to the other side. Points without a guide also look along the axes if the gradient does not lead to
+/// the level at once. Points whose lines do not meet the level within [`LevelSearch::reach`] miss.
 ///
 /// **Cost** of a projection: 5 to 10 values and 3 to 6 gradients, mostly.
 #[derive(Clone, Debug)]
