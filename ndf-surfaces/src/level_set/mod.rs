@@ -33,7 +33,7 @@ pub struct LevelSearch {
     pub polish: u32,
 }
 
-/// Where the gradient is trusted to lead to the closest point: within this many longest steps.
+/// What is found within this many longest steps is taken for the closest part of the surface.
 const NEAR: f64 = 2.0;
 
 impl LevelSearch {
@@ -57,11 +57,11 @@ impl LevelSearch {
 /// outward from a point inside and inward from a point outside, so that the crossing found is one where n leaves the
 /// inside. The crossing is then moved along the level set to the point of it closest to p, by steps on tangent planes
 /// (the limit p − x ∥ ∇f is a local minimum of the distance), unless that leads to where the surface is turned
-/// against n. Without a guide, or where its line does not meet the level within [`LevelSearch::guide_reach`], the
-/// gradient at p shows the way. If that leads to where the surface is turned against n, p has strayed through a thin
-/// wall: the search goes on from there through the wall, along n, to the other side. Points without a guide also
-/// look along the axes if the gradient does not lead to the level at once. Points whose lines do not meet the level within
-/// [`LevelSearch::reach`] miss.
+/// against n. Without a guide, or where its line meets the level far away (two [steps](LevelSearch::step)) or not within
+/// [`LevelSearch::guide_reach`], the gradient at p shows another way, and the nearer crossing is taken. If that leads to
+/// where the surface is turned against n, p has strayed through a thin wall: the search goes on from there through the
+/// wall, along n, to the other side. Points without a guide also look along the axes if the gradient does not lead to
+/// the level at once. Points whose lines do not meet the level within [`LevelSearch::reach`] miss.
 ///
 /// **Cost** of a projection: 5 to 10 values and 3 to 6 gradients, mostly.
 #[derive(Clone, Debug)]
@@ -171,8 +171,10 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         let mut lines_of_guides = lines(&along_guides);
         let along_guide = LevelSearch { reach: self.search.guide_reach, ..self.search };
         search(&side, &mut lines_of_guides, &along_guide);
-        // The others follow the gradient.
-        let missed = |line: &Option<Line>| line.as_ref().is_none_or(|line| !line.is_bracketed());
+        // The others follow the gradient, and so do those whose guides led far: it may lead to something nearer.
+        let is_near = |line: &Line| line.length() <= NEAR * self.search.step;
+        let missed =
+            |line: &Option<Line>| line.as_ref().is_none_or(|line| !(line.is_bracketed() && is_near(line)));
         let along_gradients: Vec<Option<DVec3>> = lines_of_guides
             .iter()
             .zip(&starts)
@@ -182,11 +184,11 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         search(&side, &mut lines_of_gradients, &self.search);
 
         let either = |(first, second): (Option<Line>, Option<Line>)| {
-            first.into_iter().chain(second).find(Line::is_bracketed)
+            let bracketed = first.into_iter().chain(second).filter(Line::is_bracketed);
+            bracketed.min_by(|a, b| a.length().total_cmp(&b.length()))
         };
         let mut crossed: Vec<Option<Line>> =
             lines_of_guides.into_iter().zip(lines_of_gradients).map(either).collect();
-        let is_near = |line: &Line| line.length() <= NEAR * self.search.step;
         let astray: Vec<usize> = (0..crossed.len())
             .filter(|&k| along_guides[k].is_none() && !crossed[k].as_ref().is_some_and(is_near))
             .collect();

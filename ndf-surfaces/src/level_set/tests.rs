@@ -146,6 +146,36 @@ fn guides_tell_the_sides_of_a_wall_apart() {
 }
 
 #[test]
+fn levels_far_along_the_guide_yield_to_nearer_ones() {
+    /// A floor and a wall: z < 0 and x > 0.05 are inside.
+    struct Corner;
+    impl ScalarField for Corner {
+        fn values(&self, points: &[DVec3], values: &mut [f64]) {
+            points.iter().zip(values).for_each(|(p, v)| *v = p.z.min(0.05 - p.x));
+        }
+        fn bounds(&self) -> BoundingBox {
+            BoundingBox { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) }
+        }
+        fn level(&self) -> f64 {
+            0.0
+        }
+        fn inside(&self) -> Inside {
+            Inside::Below
+        }
+    }
+    let corner = LevelSetSurface::new(Corner);
+    assert!(corner.search().guide_reach > 0.05 && NEAR * corner.search().step < 0.05);
+    // The guide is that of the wall, the floor is fifty times nearer.
+    let query = Query { normal: Some(-DVec3::X), ..Query::at(DVec3::new(0.0, 0.2, 0.001)) };
+    let foot = projected(&corner, &[query])[0].unwrap();
+    assert!(foot.point.distance(DVec3::new(0.0, 0.2, 0.0)) < 1e-6, "{foot:?}");
+    // Where both are near the guide decides.
+    let query = Query { normal: Some(-DVec3::X), ..Query::at(DVec3::new(0.04, 0.2, 0.005)) };
+    let foot = projected(&corner, &[query])[0].unwrap();
+    assert!(foot.point.distance(DVec3::new(0.05, 0.2, 0.005)) < 1e-6, "{foot:?}");
+}
+
+#[test]
 fn what_is_out_of_reach_misses() {
     let surface = distance();
     let far = Query { normal: Some(DVec3::Z), ..Query::at(DVec3::new(1.0, 0.0, 5.0)) };

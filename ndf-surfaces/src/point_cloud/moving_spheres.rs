@@ -22,6 +22,9 @@ const SLACK: f64 = 0.25;
 const CLOSE_BY_SPACING: f64 = 1.0;
 const CLOSE_BY_NOISE: f64 = 2.5;
 
+/// Points this many times as far do not count at all. Its square is the power in their weight: 16.
+const FARTHEST: f64 = 4.0;
+
 /// The tolerance, in spacings.
 const TOLERANCE: f64 = 1e-3;
 
@@ -47,11 +50,8 @@ const PATIENCE: usize = 8;
 /// **Projection** looks for the place whose sphere the query comes down on there; it begins at the nearest point whose
 /// normal does not oppose the guide. About 30 µs.
 pub struct MovingSpheres {
-    positions: Vec<DVec3>,
-    normals: Vec<DVec3>,
-    /// Radius of the influence of every point.
-    reaches: Vec<f64>,
-    /// Distance from a tangent plane at which a point's weight has fallen to 1/e.
+    points: Vec<Influence>,
+    /// Distance from a tangent plane at which a point's weight has fallen to about 1/e.
     close: f64,
     neighbours: Neighbours,
     bounds: BoundingBox,
@@ -65,17 +65,19 @@ impl MovingSpheres {
     /// # Panics
     /// If the cloud has no normals, or not as many points as planes.
     pub fn new(cloud: &PointCloud, planes: &LocalPlanes, neighbours: Neighbours) -> Self {
-        let positions = cloud.positions().to_vec();
-        let normals = cloud.normals().expect("spheres are fitted to normals").to_vec();
+        let positions = cloud.positions();
+        let normals = cloud.normals().expect("spheres are fitted to normals");
         assert_eq!(positions.len(), planes.spacings.len());
         let (spacing, noise) = (planes.spacing(), planes.noise);
         let wanted = planes.spacings.iter().map(|s| REACH_BY_SPACING * s + REACH_BY_NOISE * noise).collect();
-        let reaches = gently_changing(wanted, &positions, &neighbours);
+        let reaches = gently_changing(wanted, positions, &neighbours);
         let widest = reaches.iter().copied().fold(0.0, f64::max);
         let bounds = cloud.bounds().padded(widest);
         let close = (CLOSE_BY_SPACING * spacing).max(CLOSE_BY_NOISE * noise);
         let tolerance = (TOLERANCE * spacing).max(1e-12 * bounds.diagonal());
-        Self { positions, normals, reaches, close, neighbours, bounds, tolerance }
+        let points = positions.iter().zip(normals).zip(&reaches);
+        let points = points.map(|((&position, &normal), &reach)| Influence { position, normal, reach });
+        Self { points: points.collect(), close, neighbours, bounds, tolerance }
     }
 
     /// The foot of one query.
@@ -85,10 +87,10 @@ impl MovingSpheres {
         }
         let guide = query.normal.filter(|n| n.is_finite()).and_then(DVec3::try_normalize);
         let first = self.first(query.point, guide);
-        let (p, mut normal) = (self.positions[first], self.normals[first]);
+        let Influence { position: p, mut normal, reach } = self.points[first];
         let away = query.point - p;
         let beside = away - away.dot(normal) * normal;
-        let mut place = p + beside.clamp_length_max(self.reaches[first]);
+        let mut place = p + beside.clamp_length_max(reach);
         let mut target = query.point;
         let mut around = Around::new(self, place);
         let mut last_step = f64::INFINITY;
@@ -117,21 +119,23 @@ impl MovingSpheres {
     /// The point to begin at: the nearest whose normal agrees with the guide, or else the nearest.
     fn first(&self, p: DVec3, guide: Option<DVec3>) -> usize {
         let near = self.neighbours.nearest(p, if guide.is_some() { FIRST_POINTS } else { 1 });
-        let agrees = |n: &&Neighbour| guide.is_none_or(|g| self.normals[n.index as usize].dot(g) > OPPOSED);
+        let agrees =
+            |n: &&Neighbour| guide.is_none_or(|g| self.points[n.index as usize].normal.dot(g) > OPPOSED);
         near.iter().find(agrees).unwrap_or(&near[0]).index as usize
     }
 
     /// The sphere fitted to the points around a place, relative to it; `None` if no point reaches it.
     fn sphere(&self, around: &Around, place: DVec3, normal: DVec3) -> Option<Sphere> {
         let mut fit = SphereFit::default();
+        let per_height = (FARTHEST * self.close).recip();
         for point in &around.points {
             let q = point.position - place;
-            let t = q.length_squared() * point.inverse_reach_squared;
+            let near = 1.0 - q.length_squared() / (point.reach * point.reach);
+            let low = 1.0 - (per_height * point.normal.dot(q)).powi(2);
             let cosine = point.normal.dot(normal);
-            if t < 1.0 && cosine > 0.0 {
-                let height = point.normal.dot(q) / self.close;
-                let near = (1.0 - t) * (1.0 - t);
-                fit.add(near * near * cosine * cosine * (-height * height).exp(), q, point.normal);
+            if near > 0.0 && low > 0.0 && cosine > 0.0 {
+                // The last factor is nearly exp(−(height / close)²), at a fraction of its cost.
+                fit.add(near.powi(4) * cosine * cosine * low.powi(16), q, point.normal);
             }
         }
         fit.sphere()
@@ -177,32 +181,30 @@ struct Around {
 }
 
 /// A point, together in memory with what is asked of it.
+#[derive(Clone, Copy)]
 struct Influence {
     position: DVec3,
     normal: DVec3,
-    inverse_reach_squared: f64,
+    /// Radius of its influence.
+    reach: f64,
 }
 
 impl Around {
     fn new(spheres: &MovingSpheres, center: DVec3) -> Self {
         let nearest = spheres.neighbours.nearest(center, 1)[0];
-        let reach = spheres.reaches[nearest.index as usize];
+        let reach = spheres.points[nearest.index as usize].reach;
         let slack = SLACK * reach;
         // A point at distance d counts only if d is under its reach, which is at most `reach` and the slope's share of the
         // way from the nearest point to it.
         let widest = (reach + SLOPE * (nearest.distance_squared.sqrt() + slack)) / (1.0 - SLOPE);
         // Their order is that of the tree, the same for the same place.
         let found = spheres.neighbours.within(center, widest + slack);
-        let counts = |n: &&Neighbour| {
-            let limit = spheres.reaches[n.index as usize] + slack;
-            n.distance_squared < limit * limit
-        };
-        let influence = |n: &Neighbour| {
-            let i = n.index as usize;
-            let inverse_reach_squared = (spheres.reaches[i] * spheres.reaches[i]).recip();
-            Influence { position: spheres.positions[i], normal: spheres.normals[i], inverse_reach_squared }
-        };
-        Self { center, slack, points: found.iter().filter(counts).map(influence).collect() }
+        let counting = found.iter().filter_map(|n| {
+            let point = &spheres.points[n.index as usize];
+            let limit = point.reach + slack;
+            (n.distance_squared < limit * limit).then_some(*point)
+        });
+        Self { center, slack, points: counting.collect() }
     }
 }
 

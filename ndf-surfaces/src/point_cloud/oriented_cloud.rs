@@ -1,9 +1,9 @@
 //! The surface of a cloud with normals.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Projection, Query, ScalarField, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Miss, Projection, Query, ScalarField, Surface};
 
 use super::cleaning::PointCloud;
-use super::neighbours::Neighbours;
+use super::neighbours::{Neighbour, Neighbours};
 use super::winding_field::{WindingField, WindingFieldOptions};
 use crate::level_set::{LevelSearch, LevelSetSurface};
 
@@ -14,7 +14,8 @@ const DETOUR: f64 = 2.0;
 ///
 /// **Projection** is that of a [level set](LevelSetSurface), where the normal of the nearest point guides queries that
 /// have no guide, or whose guide leads astray: within a spacing or two of the surface the field is rough, and its
-/// gradient shows no way. The level is searched in steps of the points' spacing, to a tolerance of a thousandth of it.
+/// gradient often shows no way. Where that normal leads astray too, as it may in a groove, gradient and axes are left.
+/// The level is searched in steps of the points' spacing, to a tolerance of a thousandth of it.
 pub struct OrientedCloud {
     level_set: LevelSetSurface<WindingField>,
     neighbours: Neighbours,
@@ -48,11 +49,43 @@ impl OrientedCloud {
         self.level_set.field()
     }
 
-    /// The query with the normal of the nearest point for its guide, and the distance to that point.
-    fn guided(&self, query: &Query) -> (Query, f64) {
-        let nearest = self.neighbours.nearest(query.point, 1)[0];
-        let normal = Some(self.normals[nearest.index as usize]);
-        (Query { normal, ..*query }, nearest.distance_squared.sqrt())
+    fn nearest(&self, point: DVec3) -> Neighbour {
+        self.neighbours.nearest(point, 1)[0]
+    }
+
+    /// The query with the normal of the nearest point for its guide.
+    fn guided(&self, query: &Query) -> Query {
+        Query { normal: Some(self.normals[self.nearest(query.point).index as usize]), ..*query }
+    }
+
+    /// Whether a foot is missing, or so far that the nearest point tells of a nearer one.
+    fn is_astray(&self, query: &Query, foot: &Projection) -> bool {
+        let detour = DETOUR * self.field().spacing();
+        query.point.is_finite()
+            && !foot.is_ok_and(|foot| {
+                let distance = foot.point.distance(query.point);
+                distance <= detour || distance <= self.nearest(query.point).distance_squared.sqrt() + detour
+            })
+    }
+
+    /// Asks once more, with other guides, where feet are astray, and takes what is nearer.
+    fn project_astray(
+        &self,
+        queries: &[Query],
+        feet: &mut [Projection],
+        with_other_guide: impl Fn(&Query) -> Query,
+    ) {
+        let astray: Vec<usize> =
+            (0..queries.len()).filter(|&i| self.is_astray(&queries[i], &feet[i])).collect();
+        let again: Vec<Query> = astray.iter().map(|&i| with_other_guide(&queries[i])).collect();
+        let mut others = vec![Err(Miss::NoCrossing); again.len()];
+        self.level_set.project(&again, &mut others);
+        for (i, other) in astray.into_iter().zip(others) {
+            let distance = |foot: &Foot| foot.point.distance(queries[i].point);
+            if other.is_ok_and(|other| feet[i].map_or(true, |foot| distance(&other) < distance(&foot))) {
+                feet[i] = other;
+            }
+        }
     }
 }
 
@@ -62,34 +95,14 @@ impl Surface for OrientedCloud {
     }
 
     fn project(&self, queries: &[Query], feet: &mut [Projection]) {
-        let usable = |query: &Query| query.normal.is_some_and(|n| n.is_finite() && n != DVec3::ZERO);
+        let is_usable = |query: &Query| query.normal.is_some_and(|n| n.is_finite() && n != DVec3::ZERO);
         let guided: Vec<Query> = queries
             .iter()
-            .map(|q| if usable(q) || !q.point.is_finite() { *q } else { self.guided(q).0 })
+            .map(|q| if is_usable(q) || !q.point.is_finite() { *q } else { self.guided(q) })
             .collect();
         self.level_set.project(&guided, feet);
-        let distance = |foot: &Foot, query: &Query| foot.point.distance(query.point);
-        let detour = DETOUR * self.field().spacing();
-        let mut astray = Vec::new();
-        for (i, (query, foot)) in queries.iter().zip(&*feet).enumerate() {
-            let is_near = foot.is_ok_and(|foot| distance(&foot, query) <= detour);
-            if !is_near && usable(query) && query.point.is_finite() {
-                let (query, nearest) = self.guided(query);
-                if !foot.is_ok_and(|foot| distance(&foot, &query) <= nearest + detour) {
-                    astray.push((i, query));
-                }
-            }
-        }
-        let again: Vec<Query> = astray.iter().map(|&(_, query)| query).collect();
-        let mut others = vec![Err(ndf_core::Miss::NoCrossing); again.len()];
-        self.level_set.project(&again, &mut others);
-        for ((i, query), other) in astray.into_iter().zip(others) {
-            let is_nearer =
-                |other: &Foot| feet[i].map_or(true, |foot| distance(other, &query) < distance(&foot, &query));
-            if let Some(other) = other.ok().filter(is_nearer) {
-                feet[i] = Ok(other);
-            }
-        }
+        self.project_astray(queries, feet, |query| self.guided(query));
+        self.project_astray(queries, feet, |query| Query { normal: None, ..*query });
     }
 
     fn tolerance(&self) -> f64 {
@@ -107,8 +120,8 @@ mod tests {
     use super::*;
     use ndf_core::mesh::shapes;
     use ndf_core::projection::projected;
-    use ndf_core::sampling::AreaSampler;
-    use ndf_core::{Miss, TriangleMesh, TriangleTree};
+    use ndf_core::sampling::{AreaSampler, FaceSample};
+    use ndf_core::{TriangleMesh, TriangleTree};
     use std::sync::LazyLock;
 
     fn cloud(mesh: &TriangleMesh, count: usize, sign: f64) -> PointCloud {
@@ -147,7 +160,7 @@ mod tests {
     fn feet_are_near_the_true_surface_with_and_without_guides() {
         let mesh = knot();
         let samples = AreaSampler::new(&mesh).unwrap().sample(2000, 4, 0);
-        let query = |(i, s): (usize, &ndf_core::sampling::FaceSample)| {
+        let query = |(i, s): (usize, &FaceSample)| {
             let n = mesh.face_normal(s.face);
             let height = 4.0 * ((i as f64 * 0.754_877_666).fract() - 0.5) * KNOT.field().spacing();
             Query { normal: Some(n), ..Query::at(s.position(&mesh) + height * n) }
@@ -159,6 +172,22 @@ mod tests {
         for (queries, tolerated) in [(guided, 0), (unguided, 0), (astray, 0)] {
             let (mean, misses) = error_of(&queries);
             assert!(mean < 0.08 && misses <= tolerated, "{mean}, {misses} misses");
+        }
+    }
+
+    #[test]
+    fn feet_are_not_much_farther_than_the_nearest_points() {
+        // The grooves of a rope, where the normal of the nearest point may lead to another strand.
+        let rope = shapes::rope_knot(500, 50, 0.24);
+        let surface = OrientedCloud::new(&cloud(&rope, 20_000, 1.0), &WindingFieldOptions::default());
+        let spacing = surface.field().spacing();
+        let samples = AreaSampler::new(&rope).unwrap().sample(20_000, 5, 0);
+        let below = |s: &FaceSample| s.position(&rope) - 0.4 * spacing * rope.face_normal(s.face);
+        let queries: Vec<Query> = samples.iter().map(|s| Query::at(below(s))).collect();
+        for (query, foot) in queries.iter().zip(projected(&surface, &queries)) {
+            let nearest = surface.nearest(query.point).distance_squared.sqrt();
+            let distance = foot.unwrap().point.distance(query.point);
+            assert!(distance <= nearest + DETOUR * spacing, "{query:?} → {foot:?}");
         }
     }
 

@@ -4,7 +4,7 @@
 use super::super::activation::Activation;
 use super::super::graph::Graph;
 use super::state::{Part, State};
-use super::{LayoutError, Quantity, Recognised, cube};
+use super::{LayoutError, Quantity, Recognised, cube, nerf};
 
 /// Which filter each layer of an eight-layer network uses: the authors' networks reuse them.
 const REUSED: [usize; 9] = [2, 2, 2, 4, 4, 6, 6, 8, 8];
@@ -25,10 +25,10 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
     }
     let last = layers.len();
     let output = part.layer(&format!("output_linear.{last}"))?;
-    let (quantity, output) = match output.outputs() {
-        1 => (Quantity::Distance, Some(output)),
-        // Colours and density.
-        4 => (Quantity::Density, output.only_output(3)),
+    let (quantity, bounds, output) = match output.outputs() {
+        1 => (Quantity::Distance, cube(0.5), Some(output)),
+        // Colours and density, of scenes like those of other radiance fields.
+        4 => (Quantity::Density, cube(nerf::HALF_SIDE), output.only_output(3)),
         n => return Err(part.broken(format!("its output has {n} numbers instead of 1 or 4"))),
     };
     let filter_of = |l: usize| if last == 8 { REUSED[l] } else { l };
@@ -36,9 +36,14 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
     let position = graph.position();
     let mismatch = |l: usize| part.broken(format!("layer {l} does not fit the one before"));
     let sine = Activation::Sine { frequency: 1.0 };
-    let filtered = |graph: &mut Graph, l: usize| {
-        let filter = graph.dense(filters[filter_of(l)].clone(), position).ok_or_else(|| mismatch(l))?;
-        Ok(graph.map(sine, filter))
+    let mut known = vec![None; filters.len()];
+    let mut filtered = |graph: &mut Graph, l: usize| {
+        let filter = filter_of(l);
+        if let Some(node) = known[filter] {
+            return Ok(node);
+        }
+        let dense = graph.dense(filters[filter].clone(), position).ok_or_else(|| mismatch(l))?;
+        Ok(*known[filter].insert(graph.map(sine, dense)))
     };
     let mut h = filtered(&mut graph, 0)?;
     for (l, layer) in layers.into_iter().enumerate() {
@@ -47,5 +52,5 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         h = graph.product(filter, linear).ok_or_else(|| mismatch(l))?;
     }
     output.and_then(|output| graph.dense(output, h)).ok_or_else(|| mismatch(last))?;
-    Ok(Recognised { graph, layout: "BACON", quantity, bounds: cube(0.5) })
+    Ok(Recognised { graph, layout: "BACON", quantity, bounds })
 }

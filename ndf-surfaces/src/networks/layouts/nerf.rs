@@ -9,7 +9,7 @@ use super::{LayoutError, Quantity, Recognised, cube};
 /// The finer of two networks first.
 const PREFERRED: [&str; 2] = ["fine", "fn"];
 /// Scenes are seen from about 4, objects lie around the origin.
-const HALF_SIDE: f64 = 1.5;
+pub(super) const HALF_SIDE: f64 = 1.5;
 
 pub(super) fn read(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
     if let Some(part) = state.part("pts_linears.0.weight", &PREFERRED, "NeRF") {
