@@ -8,10 +8,21 @@ use ndf_train::{Schedule, Settings};
 
 use crate::input::Kind;
 
-/// How to train; what is not given is as in the preset.
+/// How to train, and for how long.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[group(skip)]
+pub struct Training {
+    #[command(flatten)]
+    chosen: Chosen,
+    /// End training after this long, with what is learned by then; of a run that is resumed, after this long from now.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    time_limit: Option<Duration>,
+}
+
+/// How to train; what is not given is as in the preset. A run that is resumed has all this from its checkpoint.
 #[derive(Args, Clone, Copy, Debug, Default)]
 #[group(id = "Training", multiple = true)]
-pub struct Training {
+struct Chosen {
     /// Settings to start from.
     #[arg(long, value_enum, default_value_t)]
     preset: Preset,
@@ -49,17 +60,6 @@ pub struct Training {
     /// Keep all numbers in single precision.
     #[arg(long)]
     lossless: bool,
-    #[command(flatten)]
-    limit: Limit,
-}
-
-/// How long to train: what may also be said of a run that is resumed.
-#[derive(Args, Clone, Copy, Debug, Default)]
-#[group(skip)]
-struct Limit {
-    /// End training after this long, with what is learned by then; of a run that is resumed, after this long from now.
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
-    time_limit: Option<Duration>,
 }
 
 /// Sets of settings.
@@ -76,45 +76,46 @@ impl Training {
     /// The same training with all numbers kept in single precision.
     #[must_use]
     pub fn lossless(self) -> Self {
-        Self { lossless: true, bits: None, ..self }
+        Self { chosen: Chosen { lossless: true, bits: None, ..self.chosen }, ..self }
     }
 
     /// How long to train at most, where that was given.
     pub fn time_limit(&self) -> Option<Duration> {
-        self.limit.time_limit
+        self.time_limit
     }
 
     /// Settings for a kind of input, with what was given.
     pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
-        let preset = match self.preset {
+        let chosen = &self.chosen;
+        let preset = match chosen.preset {
             Preset::Default => Settings::default(),
             Preset::Paper => Settings::paper(),
         };
-        let mut settings = Settings { seed, time_limit: self.time_limit(), ..kind.settings(preset) };
-        if let Some(features) = self.features {
+        let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
+        if let Some(features) = chosen.features {
             settings.field.features = features as usize;
         }
-        if let Some(epochs) = self.epochs {
+        if let Some(epochs) = chosen.epochs {
             settings.epochs = epochs as usize;
         }
-        if let Some(samples) = self.samples {
+        if let Some(samples) = chosen.samples {
             settings.samples = samples as usize;
         }
-        if let Some(lr) = self.lr {
+        if let Some(lr) = chosen.lr {
             let Schedule { first, last } = settings.rate;
             settings.rate = Schedule { first: lr, last: lr * last / first };
         }
-        if let Some(bits) = self.bits {
+        if let Some(bits) = chosen.bits {
             settings.precision = Some(Precision::of_bits(bits));
         }
-        if self.lossless {
+        if chosen.lossless {
             settings.precision = None;
         }
-        settings.lambda_p = self.lambda_p.unwrap_or(settings.lambda_p);
-        settings.lambda_c = self.lambda_c.unwrap_or(settings.lambda_c);
-        settings.lambda_d = self.lambda_d.unwrap_or(settings.lambda_d);
-        settings.lambda_n = self.lambda_n.unwrap_or(settings.lambda_n);
-        settings.lambda_f = self.lambda_f.unwrap_or(settings.lambda_f);
+        settings.lambda_p = chosen.lambda_p.unwrap_or(settings.lambda_p);
+        settings.lambda_c = chosen.lambda_c.unwrap_or(settings.lambda_c);
+        settings.lambda_d = chosen.lambda_d.unwrap_or(settings.lambda_d);
+        settings.lambda_n = chosen.lambda_n.unwrap_or(settings.lambda_n);
+        settings.lambda_f = chosen.lambda_f.unwrap_or(settings.lambda_f);
         settings
     }
 }
