@@ -161,12 +161,9 @@ fn combined(
     (z, device.tensor(x))
 }
 
-/// Sums of the products of rows.
-fn dot(
-    a: Matrix<SAMPLES, 3, Taped>,
-    b: Matrix<SAMPLES, 3, Taped>,
-) -> Tensor<Rank1<SAMPLES>, f32, Cpu, Taped> {
-    (a * b).sum::<Rank1<SAMPLES>, _>()
+/// Squared lengths of rows.
+fn squared(a: Matrix<SAMPLES, 3, Taped>) -> Tensor<Rank1<SAMPLES>, f32, Cpu, Taped> {
+    a.square().sum::<Rank1<SAMPLES>, _>()
 }
 
 /// Rows' entries moved by `by` places.
@@ -214,9 +211,9 @@ fn on_tape(e: &Epoch, weights: Weights) -> (f64, [Vec<f64>; 3]) {
     let outward = of_targets(|t| t.surface_normal);
     let away = y - foot;
     let height = (away.with_empty_tape() * normal).sum::<Rank1<SAMPLES>, _>();
-    let trace = dot(u.with_empty_tape(), u.with_empty_tape()) + dot(v.with_empty_tape(), v.with_empty_tape());
     let area = cross(&u, &v);
-    let length = dot(area.with_empty_tape(), area.with_empty_tape()).sqrt();
+    let trace = squared(u) + squared(v);
+    let length = squared(area.with_empty_tape()).sqrt();
     let unit = area.with_empty_tape() / length.broadcast::<Rank2<SAMPLES, 3>, _>();
     let determinant = (area * outward.clone()).sum::<Rank1<SAMPLES>, _>();
     let t = -(determinant / trace.with_empty_tape());
@@ -227,12 +224,10 @@ fn on_tape(e: &Epoch, weights: Weights) -> (f64, [Vec<f64>; 3]) {
         (unit - outward).square().sum::<Rank0, _>(),
         (((t * 10.0).exp() + 1.0).ln() / 10.0).sum::<Rank0, _>(),
     ];
+    // All terms, whatever their weights: between them they hold the pieces of the tape.
     let mut total = cycle * (LAMBDA_C / SAMPLES as f32);
     for (term, weight) in terms.into_iter().zip(weights) {
-        // A term without weight may have no finite gradient.
-        if weight > 0.0 {
-            total = total + term * (weight / SAMPLES as f32);
-        }
+        total = total + term * (weight / SAMPLES as f32);
     }
     let value = f64::from(total.array());
     let g = total.backward();
