@@ -55,6 +55,12 @@ impl Form {
 pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
     let form = Form::of(&arguments.output)?;
+    if arguments.bits.is_some() && matches!(form, Form::Base) {
+        let name = arguments.output.display();
+        return Err(Failure::new(format!(
+            "{name}: --bits rounds features and weights, and a base mesh has none"
+        )));
+    }
     let content = Content::read(&arguments.model)?;
     let (input, output) = (content.name(), arguments.output.display().to_string());
     let cannot_read = |e: &dyn std::fmt::Display| Failure::new(format!("cannot read {input}: {e}"));

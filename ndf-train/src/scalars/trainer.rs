@@ -115,7 +115,8 @@ impl<'a> Trainer<'a> {
         self.epoch
     }
 
-    /// The fields as learned so far, rounded where the loss sees them so.
+    /// The fields as learned so far, rounded where the loss sees them so. Where nothing was yet learned of the rounding, it
+    /// is finer than asked for, so that it costs next to no accuracy.
     pub(super) fn fields(&self, channels: &[Channel]) -> Result<StoredScalars, StoredScalarsError> {
         let (mut features, mut mlp) = (self.features.clone(), self.mlp.clone());
         if let Some(grids) = &self.grids {
@@ -123,7 +124,12 @@ impl<'a> Trainer<'a> {
         }
         let shape = self.settings.shape.clone();
         let parameters = mlp.parameters().to_vec();
-        StoredScalars::new(channels.to_vec(), shape, self.base.vertex_count(), features, parameters)
+        let fields =
+            StoredScalars::new(channels.to_vec(), shape, self.base.vertex_count(), features, parameters)?;
+        Ok(match (self.settings.bits, &self.grids) {
+            (Some(bits), None) => fields.rounded(Precision::of_bits(bits + 3)),
+            _ => fields,
+        })
     }
 
     /// Makes one epoch; returns the mean squared error over samples and channels, in units of the channels' deviations.
