@@ -30,7 +30,7 @@ impl Objective {
         Self { terms, lambda_c: settings.lambda_c, is_identity: false }
     }
 
-    /// The objective of the identity stage (supplement, Eq. 1): both networks map the base mesh to itself.
+    /// The objective of the identity stage (supplement, Eq. 1): g_θ, and g_φ where it is a network, map the base mesh to itself.
     pub(crate) fn identity(settings: &Settings) -> Self {
         let lambda_c = if settings.lambda_c > 0.0 { 1.0 } else { 0.0 };
         Self { terms: vec![(1.0, Arc::new(PointTarget))], lambda_c, is_identity: true }

@@ -18,8 +18,8 @@ pub(crate) struct Origin {
     pub(crate) normal: [f32; 3],
 }
 
-/// Steps towards the inverse of g, the last of them in the plane. A step divides the distance to the inverse by
-/// three to ten, where g does not fold.
+/// Steps towards the inverse of g, the last of them in the plane. Where g does not fold, a step brings it several times
+/// nearer (the test below).
 const STEPS: usize = 2;
 
 /// The closest points of the base mesh to the images of these samples; each with the plane across the shortest way.

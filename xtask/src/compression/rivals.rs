@@ -12,7 +12,7 @@ use super::reference::{Errors, Reference};
 use crate::performance::process::{PythonPeer, Scratch};
 use crate::rows::Rows;
 
-/// Faces of the decimated meshes; the mesh itself comes after those that are smaller.
+/// Faces of the decimated meshes; those of more faces than the mesh has are left out.
 const FACES: [usize; 7] = [500, 1_000, 2_000, 4_000, 8_000, 16_000, 32_000];
 
 pub(super) fn key(mesh: &str, faces: usize) -> String {
