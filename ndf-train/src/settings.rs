@@ -91,7 +91,7 @@ pub struct Settings {
     pub lambda_n: f32,
     /// Weight of local conformality (Eq. 6).
     pub lambda_f: f32,
-    /// Epochs in which both networks first learn the identity (Eq. 1).
+    /// Epochs in which the networks first learn the identity (Eq. 1).
     pub identity_epochs: usize,
     /// How finely the numbers of the model are kept; `None` for all of single precision.
     #[serde(default)]

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use ndf_core::io::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -37,12 +38,14 @@ impl<R: Row> Rows<R> {
             Some(earlier) => *earlier = row,
             None => self.rows.push(row),
         }
-        let write = || -> Result<(), csv::Error> {
-            let mut writer = csv::Writer::from_path(&self.file)?;
+        let bytes = || -> Result<Vec<u8>, csv::Error> {
+            let mut writer = csv::Writer::from_writer(Vec::new());
             self.rows.iter().try_for_each(|row| writer.serialize(row))?;
-            Ok(writer.flush()?)
+            writer.into_inner().map_err(|e| e.into_error().into())
         };
-        write().map_err(|e| format!("{}: {e}", self.file.display()))
+        let say = |e: &dyn std::fmt::Display| format!("{}: {e}", self.file.display());
+        let bytes = bytes().map_err(|e| say(&e))?;
+        atomic_write(&self.file, |out| out.write_all(&bytes)).map_err(|e| say(&e))
     }
 
     /// Whether there is a line like this.

@@ -232,7 +232,8 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     }
     let settings = checkpoint.settings();
     if report.interrupted && !interrupt::is_requested() {
-        context.warn(&format!("the time was up after {} of {} epochs", report.epochs, settings.epochs));
+        let (done, all) = (report.epochs, settings.epochs + settings.identity_epochs);
+        context.warn(&format!("the time was up after {done} of {all} epochs"));
     }
     if report.retreats > 0 {
         let times = report.retreats;

@@ -92,14 +92,17 @@ fn rivals_table(models: &[ModelRow], rivals: &[RivalRow]) -> String {
 /// neighbours that enclose it, on a straight line of logarithms.
 fn at_equal_error(known: &[(f64, f64)], error: f64) -> String {
     let Some((&(_, smallest), &(_, largest))) = known.first().zip(known.last()) else { return String::new() };
+    if known[0].0 <= error {
+        return format!("< {smallest:.0}");
+    }
     for pair in known.windows(2) {
         let ((coarse, few), (fine, many)) = (pair[0], pair[1]);
-        if coarse >= error && error >= fine && coarse > fine {
+        if coarse > error && error >= fine {
             let t = (coarse / error).ln() / (coarse / fine).ln();
             return format!("{:.0}", few * (many / few).powf(t));
         }
     }
-    if known.iter().all(|(e, _)| *e > error) { format!("> {largest:.0}") } else { format!("< {smallest:.0}") }
+    format!("> {largest:.0}")
 }
 
 /// Error of geodesic distances against bytes.
