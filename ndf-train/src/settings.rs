@@ -66,7 +66,7 @@ pub struct Settings {
     pub field: FieldShape,
     /// Form of the reverse map g_φ.
     pub reverse_map: ReverseMap,
-    /// Octaves of positional encoding of the reverse map g_φ.
+    /// Octaves of positional encoding of y in the network of the reverse map g_φ, where its form has one.
     pub reverse_octaves: usize,
     /// Passes over a batch.
     pub epochs: usize,
