@@ -26,7 +26,4 @@ pub enum TrainError {
         /// Share of the samples with a foot, in percent.
         share: f64,
     },
-    /// A checkpoint of a run with other terms or anchors.
-    #[error("the checkpoint does not fit: {0}")]
-    Checkpoint(&'static str),
 }

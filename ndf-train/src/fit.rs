@@ -34,8 +34,8 @@ pub struct FitReport {
     pub projection_rms: f64,
     /// Largest distance to the surface, in the normalised box.
     pub projection_max: f64,
-    /// Cycle loss of the last epoch; 0 without cycle loss.
-    pub cycle_loss: f64,
+    /// Cycle loss of the last epoch; `None` where no epoch was made, or without cycle loss.
+    pub cycle_loss: Option<f64>,
     /// Share of the samples whose normal opposes the surface's.
     pub flipped_fraction: f64,
     /// Share of the samples that have no foot.
@@ -115,11 +115,11 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
                     losses,
                     terms: trainer.term_means(),
                     flipped_fraction: trainer.flipped_fraction()?,
-                    seconds: trainer.started.elapsed().as_secs_f64(),
+                    seconds: trainer.elapsed().as_secs_f64(),
                     seconds_projecting: trainer.projecting.as_secs_f64(),
                 });
             }
-            let out_of_time = trainer.settings.time_limit.is_some_and(|t| trainer.started.elapsed() >= t);
+            let out_of_time = trainer.settings.time_limit.is_some_and(|t| trainer.elapsed() >= t);
             if out_of_time || hooks.progress.cancelled() {
                 interrupted = true;
                 break;
@@ -148,7 +148,7 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
     let field = trainer.stored_field()?;
     let checkpoint = trainer.checkpoint()?;
     let measured = measure(trainer, &field);
-    let cycle_loss = last.map_or(0.0, |l| l.cycle);
+    let cycle_loss = last.and_then(|losses| losses.cycle);
     let report = FitReport { cycle_loss, interrupted, retreats, ..measured };
     Ok((Fit { field, similarity: trainer.similarity, report }, checkpoint))
 }
@@ -179,11 +179,11 @@ fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
     let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
     FitReport {
         epochs: trainer.epoch(),
-        seconds: trainer.started.elapsed().as_secs_f64(),
+        seconds: trainer.elapsed().as_secs_f64(),
         seconds_projecting: trainer.projecting.as_secs_f64(),
         projection_rms: (squares / hits.max(1) as f64).sqrt(),
         projection_max: largest,
-        cycle_loss: 0.0,
+        cycle_loss: None,
         flipped_fraction: share(flipped, hits),
         missed_fraction: share(samples.len() - hits, samples.len()),
         retreats: 0,

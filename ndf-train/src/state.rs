@@ -39,7 +39,8 @@ pub struct Checkpoint {
     pub(crate) hints: Vec<Hint>,
     /// Base mesh, field and similarity as learned so far.
     pub(crate) model: Model,
-    pub(crate) seconds: f64,
+    /// Wall time of training.
+    pub(crate) time: Duration,
 }
 
 /// Why a file is no checkpoint.
@@ -87,8 +88,7 @@ impl Checkpoint {
     /// The same, to go on for at most so long, or to the end: the limit of the run before does not count.
     #[must_use]
     pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
-        let before = Duration::try_from_secs_f64(self.seconds).unwrap_or_default();
-        self.settings.time_limit = limit.map(|limit| before.saturating_add(limit));
+        self.settings.time_limit = limit.map(|limit| self.time.saturating_add(limit));
         self
     }
 
@@ -121,7 +121,7 @@ impl Checkpoint {
             epoch: *epoch,
             rate_factor: *rate_factor,
             grids: grids.clone(),
-            seconds: self.seconds,
+            seconds: self.time.as_secs_f64(),
             hints: self.hints.len(),
             counts: groups.map(<[f32]>::len),
             model_bytes: model.len(),
@@ -158,10 +158,14 @@ impl Checkpoint {
         let length = u64::from_le_bytes(*take(8)?.first_chunk().expect("eight bytes were taken"));
         let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
             .map_err(|e| content(&format!("its header is of another version ({e})")))?;
+        let settings = header.settings;
+        if let Some(defect) = settings.defect() {
+            return Err(content(defect));
+        }
         let model = Model::from_bytes(take(header.model_bytes)?).map_err(|e| content(&e.to_string()))?;
         let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
         let hints = words(take(header.hints.saturating_mul(4))?);
-        let hints = hints.into_iter().map(|b| Hint(u32::from_le_bytes(b))).collect();
+        let hints: Vec<Hint> = hints.into_iter().map(|b| Hint(u32::from_le_bytes(b))).collect();
         let mut floats = |count: usize| -> Result<Vec<f32>, CheckpointError> {
             Ok(words(take(count.saturating_mul(4))?).into_iter().map(f32::from_le_bytes).collect())
         };
@@ -171,15 +175,23 @@ impl Checkpoint {
         let (features, of_features) = group(header.counts[0])?;
         let (theta, of_theta) = group(header.counts[1])?;
         let (phi, of_phi) = group(header.counts[2])?;
-        let settings = header.settings;
+        if !rest.is_empty() {
+            return Err(content("there is more in it than there should be"));
+        }
         let theta = Mlp::new(settings.field.network(), theta)
             .ok_or_else(|| content("its network has another shape"))?;
-        let phi = settings
-            .reverse_network()
-            .map(|shape| Mlp::new(shape, phi).ok_or_else(|| content("its reverse map has another shape")))
-            .transpose()?;
+        let phi = match settings.reverse_network() {
+            Some(shape) => Mlp::new(shape, phi).map(Some),
+            None => phi.is_empty().then_some(None),
+        }
+        .ok_or_else(|| content("its reverse map has another shape"))?;
+        let time = Duration::try_from_secs_f64(header.seconds)
+            .map_err(|e| content(&format!("it says that training took {} s ({e})", header.seconds)))?;
         if features.len() != model.field.features().len() {
             return Err(content("its features do not fit its base mesh"));
+        }
+        if hints.len() != settings.samples || model.field.shape() != &settings.field {
+            return Err(content("its parts have different sizes"));
         }
         let state = State {
             features,
@@ -190,6 +202,6 @@ impl Checkpoint {
             rate_factor: header.rate_factor,
             grids: header.grids,
         };
-        Ok(Self { settings, state, hints, model, seconds: header.seconds })
+        Ok(Self { settings, state, hints, model, time })
     }
 }

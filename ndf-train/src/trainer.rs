@@ -42,8 +42,8 @@ pub struct EpochLosses {
     pub rate: f64,
     /// Mean squared distance to the (tangent plane of the) surface.
     pub projection: f64,
-    /// Mean squared distance between g_φ(g_θ(x)) and x.
-    pub cycle: f64,
+    /// Mean squared distance between g_φ(g_θ(x)) and x; `None` without cycle loss.
+    pub cycle: Option<f64>,
 }
 
 /// The state of a training run.
@@ -76,7 +76,9 @@ pub struct Trainer<'a> {
     /// Of the base mesh, where the reverse map asks for its closest points.
     base_tree: Option<TriangleTree>,
     term_means: Vec<(&'static str, f64)>,
-    pub(crate) started: Instant,
+    started: Instant,
+    /// What the run had taken before it was resumed.
+    before: Duration,
     pub(crate) projecting: Duration,
 }
 
@@ -110,18 +112,12 @@ impl<'a> Trainer<'a> {
     /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again.
     ///
     /// # Errors
-    /// If the checkpoint is not usable.
+    /// If the base mesh has no area.
     pub fn resumed(surface: &'a dyn Surface, checkpoint: Checkpoint) -> Result<Self, TrainError> {
-        let Checkpoint { settings, state, hints, model, seconds } = checkpoint;
-        if let Some(defect) = settings.defect() {
-            return Err(TrainError::Settings(defect));
-        }
-        if hints.len() != settings.samples || model.field.shape() != &settings.field {
-            return Err(TrainError::Checkpoint("its parts have different sizes"));
-        }
+        let Checkpoint { settings, state, hints, model, time } = checkpoint;
         let mut trainer = Self::with_state(surface, model.field, model.similarity, &settings, state)?;
         trainer.batch.hints = hints;
-        trainer.started -= Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        trainer.before = time;
         Ok(trainer)
     }
 
@@ -165,6 +161,7 @@ impl<'a> Trainer<'a> {
             settings: settings.clone(),
             state,
             started: Instant::now(),
+            before: Duration::ZERO,
             projecting: Duration::ZERO,
         };
         trainer.make_room();
@@ -229,6 +226,11 @@ impl<'a> Trainer<'a> {
         self.settings.identity_epochs + self.settings.epochs
     }
 
+    /// Wall time of training, that before a resumed checkpoint included.
+    pub(crate) fn elapsed(&self) -> Duration {
+        self.before.saturating_add(self.started.elapsed())
+    }
+
     /// Name and unweighted mean of every term in the last epoch; the cycle loss is not among them.
     pub fn term_means(&self) -> &[(&'static str, f64)] {
         &self.term_means
@@ -258,7 +260,9 @@ impl<'a> Trainer<'a> {
         } * self.state.rate_factor;
         let cycle = self.accumulate();
         let projection = self.term_means.first().map_or(0.0, |(_, mean)| *mean);
-        let losses = EpochLosses { epoch, rate: f64::from(rate), projection, cycle };
+        let has_cycle = self.objective.lambda_c > 0.0;
+        let losses =
+            EpochLosses { epoch, rate: f64::from(rate), projection, cycle: has_cycle.then_some(cycle) };
         let finite = cycle.is_finite() && self.term_means.iter().all(|(_, mean)| mean.is_finite());
         if !finite || projection > ASTRAY || cycle > ASTRAY {
             return Err(TrainError::Diverged { epoch });
@@ -448,7 +452,7 @@ impl<'a> Trainer<'a> {
             state: self.state.clone(),
             hints: self.batch.hints.clone(),
             model,
-            seconds: self.started.elapsed().as_secs_f64(),
+            time: self.elapsed(),
         })
     }
 

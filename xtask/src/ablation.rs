@@ -187,15 +187,10 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
 const HEADER: &str = "case,rms,max,cycle loss,flipped,epochs,seconds,of these projecting\n";
 
 fn row(label: &str, r: &FitReport) -> String {
+    let cycle_loss = r.cycle_loss.map_or_else(String::new, |loss| format!("{loss:.2e}"));
     format!(
-        "\"{label}\",{:.3e},{:.3e},{:.2e},{:.5},{},{:.1},{:.1}\n",
-        r.projection_rms,
-        r.projection_max,
-        r.cycle_loss,
-        r.flipped_fraction,
-        r.epochs,
-        r.seconds,
-        r.seconds_projecting
+        "\"{label}\",{:.3e},{:.3e},{cycle_loss},{:.5},{},{:.1},{:.1}\n",
+        r.projection_rms, r.projection_max, r.flipped_fraction, r.epochs, r.seconds, r.seconds_projecting
     )
 }
 
