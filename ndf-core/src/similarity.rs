@@ -19,14 +19,16 @@ pub struct Similarity {
     center: DVec3,
 }
 
+/// With others, points of the box would not be finite in the world, or squares of lengths neither finite nor above 0.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
+
 impl Similarity {
     /// The identity.
     pub const IDENTITY: Self = Self { scale: 1.0, center: DVec3::ZERO };
 
-    /// The map with the given scale and centre; `None` unless the scale is positive and everything finite.
+    /// The map with the given scale and centre; `None` unless the scale is between 10⁻¹⁵⁰ and 10¹⁵⁰ and the centre finite.
     pub fn new(scale: f64, center: DVec3) -> Option<Self> {
-        let valid = scale.is_finite() && scale > 0.0 && scale.recip().is_finite() && center.is_finite();
-        valid.then_some(Self { scale, center })
+        (SCALES.contains(&scale) && center.is_finite()).then_some(Self { scale, center })
     }
 
     /// The map under which `bounds` fills the box: its centre goes to the origin and its longest side gets
@@ -87,7 +89,8 @@ mod tests {
     fn degenerate_scales_are_refused() {
         assert!(Similarity::new(0.0, DVec3::ZERO).is_none());
         assert!(Similarity::new(f64::NAN, DVec3::ZERO).is_none());
-        assert!(Similarity::new(f64::MIN_POSITIVE / 4.0, DVec3::ZERO).is_none());
+        assert!(Similarity::new(f64::MIN_POSITIVE, DVec3::ZERO).is_none());
+        assert!(Similarity::new(1e151, DVec3::ZERO).is_none());
         assert_eq!(Similarity::to_box(&BoundingBox::EMPTY), Similarity::IDENTITY);
     }
 }

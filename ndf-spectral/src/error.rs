@@ -28,7 +28,7 @@ pub enum SpectralError {
     #[error("vertex {0} has no area around it")]
     NoArea(usize),
     /// An entry of the operator is not finite: a face without area.
-    #[error("the operator is not finite at vertex {0}: a face there has no area")]
+    #[error("the operator is not finite at vertex {0}: a face there has no area, or one that is not finite")]
     NotFinite(usize),
     /// The shifted operator is not numerically positive definite.
     #[error("the shifted operator is not positive definite: the mesh is too distorted for double precision")]

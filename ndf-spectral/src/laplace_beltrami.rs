@@ -54,9 +54,9 @@ impl LaplaceBeltrami {
     /// `delaunay` off it is the plain cotangent Laplacian. O(n log n).
     ///
     /// # Errors
-    /// If a vertex has no area around it.
+    /// If a vertex has no area around it, or a length is not finite.
     pub fn of_triangles(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
-        let cover = TuftedCover::new(mesh);
+        let cover = TuftedCover::new(mesh)?;
         let surface = prepared(&cover.mesh, options.delaunay);
         let original = |v: u32| cover.original[v as usize];
         let faces = 0..surface.face_count() as u32;

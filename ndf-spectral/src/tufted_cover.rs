@@ -4,6 +4,8 @@
 use ndf_core::TriangleMesh;
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh, NO_HALFEDGE};
 
+use crate::error::SpectralError;
+
 /// A closed surface that covers a triangle mesh twice.
 #[derive(Clone, Debug)]
 pub struct TuftedCover {
@@ -17,7 +19,10 @@ impl TuftedCover {
     /// The cover of a triangle mesh, manifold or not, oriented or not. Around an edge, the front of every face is
     /// glued to the back of the next, in the order of their numbers: the order does not matter to the Laplacian's
     /// properties. Faces that name a vertex twice are left out. O(n log n).
-    pub fn new(mesh: &TriangleMesh) -> Self {
+    ///
+    /// # Errors
+    /// If a length is not finite: of edges of vertices that are not, or farther apart than floats reach.
+    pub fn new(mesh: &TriangleMesh) -> Result<Self, SpectralError> {
         let faces: Vec<[u32; 3]> =
             mesh.faces().iter().copied().filter(|[a, b, c]| a != b && b != c && c != a).collect();
         // Side f < F is the front of face f, side F + f its back, with corners 0 and 1 swapped.
@@ -40,14 +45,15 @@ impl TuftedCover {
         }
         let complex = DeltaComplex::from_gluing(original.len(), &corners, &twins)
             .expect("every side of a face has one twin, and vertices are the orbits around them");
-        let lengths = (0..complex.edge_count() as u32)
-            .map(|e| {
-                let [a, b] = complex.edge_vertices(e).map(|v| original[v as usize] as usize);
-                mesh.positions()[a].distance(mesh.positions()[b])
-            })
-            .collect();
-        let mesh = IntrinsicMesh::new(complex, lengths, f64::INFINITY).expect("positions are finite");
-        Self { mesh, original }
+        let length = |e: u32| {
+            let [a, b] = complex.edge_vertices(e).map(|v| original[v as usize] as usize);
+            let length = mesh.positions()[a].distance(mesh.positions()[b]);
+            if length.is_finite() { Ok(length) } else { Err(SpectralError::NotFinite(a)) }
+        };
+        let lengths = (0..complex.edge_count() as u32).map(length).collect::<Result<_, _>>()?;
+        let mesh = IntrinsicMesh::new(complex, lengths, f64::INFINITY)
+            .expect("every edge has a length, which is finite");
+        Ok(Self { mesh, original })
     }
 }
 
@@ -100,7 +106,7 @@ mod tests {
             vec![[0, 1, 2], [0, 3, 4]],
         );
         for mesh in [book.unwrap(), bow.unwrap(), shapes::grid(4, 3), shapes::icosphere(1)] {
-            let cover = TuftedCover::new(&mesh);
+            let cover = TuftedCover::new(&mesh).unwrap();
             cover.mesh.check().unwrap();
             assert_eq!(cover.mesh.boundary_edge_count(), 0);
             assert_relative_eq!(cover.mesh.total_area(), 2.0 * mesh.area(), max_relative = 1e-12);
@@ -109,5 +115,12 @@ mod tests {
             met.dedup();
             assert_eq!(met.len(), mesh.vertex_count());
         }
+    }
+
+    #[test]
+    fn lengths_beyond_all_floats_are_refused() {
+        let fin = vec![DVec3::ZERO, 1e200 * DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Y];
+        let fin = TriangleMesh::new(fin, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
+        assert!(matches!(TuftedCover::new(&fin), Err(SpectralError::NotFinite(_))));
     }
 }
