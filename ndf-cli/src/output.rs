@@ -16,7 +16,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// An outcome of these figures; `json` must be an object.
+    /// An outcome of these figures; `json` must be an object: commands write it as one in their source.
     ///
     /// # Panics
     /// If `json` is not an object.

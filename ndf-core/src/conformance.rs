@@ -6,6 +6,8 @@
 //! ```ignore
 //! ndf_core::surface_conformance!(my_surface, MySurface::new(...));
 //! ```
+//!
+//! A law is a test: it panics where the surface breaks it, and says how.
 
 use crate::projection::projected;
 use crate::{DVec3, Hint, Inside, Miss, Query, Surface};
