@@ -50,6 +50,11 @@ class Bytes:
         require(self.at == len(self.data), "a section has more bytes than it should")
 
 
+def finite(numbers):
+    require(all(map(math.isfinite, numbers)), "a number is not finite")
+    return numbers
+
+
 # Range coder
 
 TOP = 1 << 24
@@ -128,7 +133,7 @@ def array(section, count, group_count, groups, coded):
     way = section.number("B") if coded else 0
     require(way <= 1, "an array is written in an unknown way")
     if way == 0:
-        return section.numbers("f", count)
+        return finite(section.numbers("f", count))
     steps = [2.0**e for e in section.numbers("b", group_count)]
     length = section.number("I")
     require(count <= (1 << 16) + 256 * length, "an array is too long for its bytes")
@@ -281,15 +286,16 @@ def base_mesh(section, coded):
     require(way <= 1, "the base mesh is written in an unknown way")
     vertex_count, face_count = section.numbers("I", 2)
     if way == 0:
-        points = rows(section.numbers("f", 3 * vertex_count), vertex_count, 3)
+        points = rows(finite(section.numbers("f", 3 * vertex_count)), vertex_count, 3)
         indices = section.numbers("H" if vertex_count <= 65536 else "I", 3 * face_count)
+        require(all(i < vertex_count for i in indices), "a face has a vertex that is not there")
         return points, rows(indices, face_count, 3)
     exponent, length = section.number("b"), section.number("I")
     require(face_count <= min((1 << 16) + 1024 * length, 1 << 21), "the base mesh is too large for its bytes")
     coder = RangeDecoder(section.take(length))
     faces = connectivity(coder, vertex_count, face_count)
     if exponent == 127:
-        points = rows(section.numbers("f", 3 * vertex_count), vertex_count, 3)
+        points = rows(finite(section.numbers("f", 3 * vertex_count)), vertex_count, 3)
     else:
         points = [[x * 2.0**exponent for x in p] for p in positions(coder, vertex_count, faces)]
     coder.end()
@@ -392,7 +398,8 @@ class Model:
         read = {tag: Bytes(payload) for tag, payload in reversed(sections)}
         for tag in (b"SIML", b"BASE", b"FEAT", b"NETW"):
             require(tag in read, f"the section {tag.decode()} is missing")
-        self.scale, *self.centre = read[b"SIML"].numbers("d", 4)
+        self.scale, *self.centre = finite(read[b"SIML"].numbers("d", 4))
+        require(1e-150 <= self.scale <= 1e150, "the scale of the box is out of range")
         self.positions, self.faces = base_mesh(read[b"BASE"], coded)
         width = read[b"FEAT"].number("I")
         self.features = features(read[b"FEAT"], len(self.positions), width, coded)
@@ -462,13 +469,29 @@ def read(data):
 
 def differing(arrays, data):
     """Names of the arrays that are not the same as those in the bytes of a `.safetensors` file."""
-    (length,) = struct.unpack_from("<Q", data)
-    tensors = json.loads(data[8 : 8 + length])
-    tensors.pop("__metadata__", None)
-    body = data[8 + length :]
-    theirs = {name: body[slice(*tensor["data_offsets"])] for name, tensor in tensors.items()}
+    file = Bytes(data)
+    try:
+        tensors = json.loads(file.take(file.number("Q")))
+        tensors.pop("__metadata__", None)
+        body = file.data[file.at :]
+        theirs = {name: body[slice(*tensor["data_offsets"])] for name, tensor in tensors.items()}
+    except (ValueError, AttributeError, KeyError, TypeError):
+        raise Damaged("no .safetensors file") from None
     ours = {name: struct.pack(f"<{len(numbers)}{kind}", *numbers) for name, (kind, numbers) in arrays.items()}
     return sorted(name for name in ours.keys() | theirs.keys() if ours.get(name) != theirs.get(name))
+
+
+def point(model, line):
+    """The base face and the barycentric coordinates in a line."""
+    try:
+        face, *bary = line.split()
+        face, bary = int(face), list(map(float, bary))
+    except ValueError:
+        raise Damaged("not a face and three numbers") from None
+    require(len(bary) == 3, "not a face and three numbers")
+    require(0 <= face < len(model.faces), f"there is no face {face}, only 0 to {len(model.faces) - 1}")
+    require(abs(sum(bary) - 1) < 1e-3, "barycentric coordinates add up to 1")
+    return face, bary
 
 
 def summary(model):
@@ -484,6 +507,10 @@ def summary(model):
     yield f"provenance {json.dumps(model.provenance, ensure_ascii=False)}"
 
 
+def refuse(what, error):
+    sys.exit(f"{what}: {getattr(error, 'strerror', None) or error}")
+
+
 def main():
     parser = argparse.ArgumentParser(description="Reads .ndf models.")
     parser.add_argument("model", metavar="MODEL.ndf")
@@ -495,18 +522,23 @@ def main():
         with open(arguments.model, "rb") as file:
             model = read(file.read())
     except (OSError, ValueError) as error:
-        sys.exit(f"{arguments.model}: {error}")
+        refuse(arguments.model, error)
     if arguments.compare:
         arrays = model.arrays()
-        with open(arguments.compare, "rb") as file:
-            others = differing(arrays, file.read())
+        try:
+            with open(arguments.compare, "rb") as file:
+                others = differing(arrays, file.read())
+        except (OSError, Damaged) as error:
+            refuse(arguments.compare, error)
         if others:
             sys.exit(f"{arguments.compare}: other arrays: {', '.join(others)}")
         print(f"{len(arrays)} arrays of {sum(len(numbers) for _, numbers in arrays.values())} numbers are the same")
     elif arguments.evaluate:
-        for line in sys.stdin:
-            face, *bary = line.split()
-            face, bary = int(face), list(map(float, bary))
+        for number, line in enumerate(sys.stdin, 1):
+            try:
+                face, bary = point(model, line)
+            except Damaged as error:
+                refuse(f"line {number} of the points", error)
             print(*model.world(model.evaluate(face, bary)), *model.evaluate_scalars(face, bary))
     else:
         print(*summary(model), sep="\n")

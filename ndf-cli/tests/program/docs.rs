@@ -61,16 +61,84 @@ fn docs_reader_reads_what_is_written() {
         assert!(compared.starts_with(&format!("{arrays} arrays of ")), "{compared}");
         check_evaluation(&folder.0, &model);
     }
-    // It does see what is not the same, and damage.
-    let other = read(&folder.0, &["plain.ndf", "--compare", "coded.safetensors"], "").unwrap();
-    let said = String::from_utf8(other.stderr).unwrap();
-    assert!(!other.status.success() && said.contains("network.0.weight"), "{said}");
-    let mut bytes = std::fs::read(folder.0.join("coded.ndf")).unwrap();
-    *bytes.last_mut().unwrap() ^= 1;
-    folder.write("damaged.ndf", bytes);
-    let damaged = read(&folder.0, &["damaged.ndf"], "").unwrap();
-    let said = String::from_utf8(damaged.stderr).unwrap();
-    assert!(!damaged.status.success() && said.contains("checksum of PROV"), "{said}");
+    refuses_what_is_wrong(&folder);
+}
+
+/// Arrays that are not the same, damage, files of other kinds and points that are none: a line for each.
+fn refuses_what_is_wrong(folder: &Folder) {
+    let coded = std::fs::read(folder.0.join("coded.ndf")).unwrap();
+    let mut damaged = coded.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    folder.write("damaged.ndf", damaged);
+    let siml = |scale: f64| [scale, 0.0, 0.0, 0.0].map(f64::to_le_bytes).concat();
+    folder.write("flat.ndf", with_section(&coded, *b"SIML", &siml(0.0)));
+    folder.write("endless.ndf", with_section(&coded, *b"SIML", &siml(f64::INFINITY)));
+    folder.write("far.ndf", with_section(&coded, *b"SIML", &siml(6e-309)));
+    folder.write("faceless.ndf", with_section(&coded, *b"BASE", &plain_base(&folder.0.join("coded.ndf"))));
+    for (arguments, input, said) in [
+        (&["plain.ndf", "--compare", "coded.safetensors"][..], "", "network.0.weight"),
+        (&["plain.ndf", "--compare", "torus.ply"], "", "torus.ply: no .safetensors file"),
+        (&["plain.ndf", "--compare", "plain.ndf"], "", "plain.ndf: no .safetensors file"),
+        (&["plain.ndf", "--compare", "none.safetensors"], "", "none.safetensors: No such file"),
+        (&["none.ndf"], "", "none.ndf: No such file"),
+        (&["torus.ply"], "", "torus.ply: no .ndf model"),
+        (&["damaged.ndf"], "", "checksum of PROV"),
+        (&["flat.ndf"], "", "the scale of the box is out of range"),
+        (&["endless.ndf"], "", "not finite"),
+        (&["far.ndf"], "", "the scale of the box is out of range"),
+        (&["faceless.ndf"], "", "a face has a vertex that is not there"),
+        (&["plain.ndf", "--evaluate"], "0 1 0 0\n200 1 0 0\n", "line 2 of the points: there is no face 200"),
+        (&["plain.ndf", "--evaluate"], "-1 1 0 0\n", "there is no face -1"),
+        (&["plain.ndf", "--evaluate"], "0 1 0\n", "a face and three numbers"),
+        (&["plain.ndf", "--evaluate"], "0 1 0 x\n", "a face and three numbers"),
+        (&["plain.ndf", "--evaluate"], "0 nan 0 0\n", "add up to 1"),
+    ] {
+        let output = read(&folder.0, arguments, input).unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), stderr.lines().count()), (Some(1), 1), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(said), "{arguments:?}: {stderr}");
+    }
+    // The program refuses the same models.
+    for model in ["damaged.ndf", "flat.ndf", "endless.ndf", "far.ndf", "faceless.ndf"] {
+        let extract = ["extract", model, "-o", "out.ply", "--relative-edge-length", "0.5"];
+        assert!(ndf(&folder.0, &extract).sentence().contains(model));
+    }
+}
+
+/// A model file with another payload for a section, all checksums right.
+fn with_section(bytes: &[u8], tag: [u8; 4], payload: &[u8]) -> Vec<u8> {
+    let word = |at: usize| u32::from_le_bytes(*bytes[at..].first_chunk().unwrap());
+    let entries: Vec<usize> = (0..word(12) as usize).map(|i| 16 + 16 * i).collect();
+    let mut header = bytes[..16].to_vec();
+    let mut payloads = Vec::new();
+    let mut at = 16 + 16 * entries.len() + 4;
+    for entry in entries {
+        let length = word(entry + 8) as usize;
+        let kept = &bytes[at..at + length];
+        at += length;
+        let new = if bytes[entry..entry + 4] == tag { payload } else { kept };
+        header.extend(&bytes[entry..entry + 4]);
+        header.extend(crc32fast::hash(new).to_le_bytes());
+        header.extend((new.len() as u64).to_le_bytes());
+        payloads.extend(new);
+    }
+    let sum = crc32fast::hash(&header).to_le_bytes();
+    [&header[..], &sum, &payloads].concat()
+}
+
+/// The base mesh of a model as plain numbers, but for a vertex of the last face, which is one more than there are.
+fn plain_base(file: &Path) -> Vec<u8> {
+    let model = Model::read(file).unwrap();
+    let base = model.field.base();
+    let (vertices, faces) = (base.vertex_count(), base.face_count());
+    let mut bytes = vec![0];
+    bytes.extend([vertices, faces].map(|n| (n as u32).to_le_bytes()).concat());
+    let coordinates = base.positions().iter().flat_map(|p| p.as_vec3().to_array());
+    bytes.extend(coordinates.flat_map(f32::to_le_bytes));
+    let mut indices: Vec<u16> = base.faces().iter().flatten().map(|&i| i as u16).collect();
+    *indices.last_mut().unwrap() = vertices as u16;
+    bytes.extend(indices.into_iter().flat_map(u16::to_le_bytes));
+    bytes
 }
 
 /// The surface and the scalars at points inside faces, as the reader and as the library evaluate them.
