@@ -1,8 +1,12 @@
 //! The ablations of the paper's supplement (Fig. 1, Fig. 2) and our own, as CSV files and a page of plots.
+//!
+//! Every run leaves a line in the file of its mesh and study, in the place of an earlier run of the same case, so that runs
+//! can be made a few at a time; plots and page are made from these files.
 
-use std::fmt::Write as _;
+mod page;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ndf_core::network::Activation;
@@ -11,8 +15,9 @@ use ndf_core::{ManifoldMesh, Surface, mesh::repair};
 use ndf_meshing::{BaseMeshOptions, MarchingCubesOptions, base_mesh_of_manifold, marching_cubes};
 use ndf_surfaces::MeshSurface;
 use ndf_train::{FitReport, Hooks, LogRecord, ReverseMap, Settings, Trainer, train};
-use plotters::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use crate::rows::{Row, Rows};
 use crate::shell::root;
 
 /// What is varied.
@@ -51,7 +56,7 @@ pub(crate) struct Options {
     /// Faces of the base mesh
     #[arg(long, default_value_t = 4000)]
     base_faces: usize,
-    /// Cases to run of these studies, by their names in the tables [default: all]
+    /// Cases to run of these studies, by their names in the tables; the others stay as they are [default: all]
     #[arg(long, num_args = 1..)]
     case: Vec<String>,
     /// Epochs of every run but those of the presets [default: the default preset's]
@@ -70,8 +75,56 @@ struct Case {
     grid: Option<u32>,
 }
 
-/// Projection loss at an epoch.
-type Curve = Vec<(usize, f64)>;
+/// A line of a study's file: what came of a case.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Run {
+    case: String,
+    /// Distances to the surface, in the box of side 3.
+    rms: f64,
+    max: f64,
+    #[serde(rename = "cycle loss")]
+    cycle_loss: Option<f64>,
+    /// Share of samples whose normals oppose the surface's.
+    flipped: f64,
+    epochs: usize,
+    seconds: f64,
+    #[serde(rename = "of these projecting")]
+    seconds_projecting: f64,
+    /// Projection losses along the way; empty in files of before they were kept.
+    #[serde(default, rename = "epoch:projection loss")]
+    curve: Curve,
+}
+
+impl Row for Run {
+    fn key(&self) -> String {
+        self.case.clone()
+    }
+}
+
+/// Projection loss at an epoch, written as `30:1.2e-5 60:8e-6`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+struct Curve(Vec<(usize, f64)>);
+
+impl From<Curve> for String {
+    fn from(Curve(points): Curve) -> Self {
+        let words: Vec<String> = points.iter().map(|(epoch, loss)| format!("{epoch}:{loss:.3e}")).collect();
+        words.join(" ")
+    }
+}
+
+impl TryFrom<String> for Curve {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let point = |word: &str| {
+            let (epoch, loss) = word.split_once(':')?;
+            Some((epoch.parse().ok()?, loss.parse().ok()?))
+        };
+        let points = text.split_whitespace().map(|word| point(word).ok_or(format!("{word} is no loss")));
+        points.collect::<Result<_, _>>().map(Self)
+    }
+}
 
 fn cases(study: Study, start: &Settings) -> Vec<Case> {
     let case = |label: String, change: &dyn Fn(&mut Settings)| {
@@ -146,14 +199,32 @@ impl Study {
     }
 }
 
+/// The cases to be run of every study; studies without any are left out.
+fn wanted(options: &Options, start: &Settings) -> Result<Vec<(Study, Vec<Case>)>, String> {
+    let studies =
+        if options.studies.is_empty() { Study::value_variants() } else { options.studies.as_slice() };
+    let all: Vec<(Study, Vec<Case>)> = studies.iter().map(|&study| (study, cases(study, start))).collect();
+    let is_known = |name: &String| all.iter().flat_map(|(_, cases)| cases).any(|case| case.label == *name);
+    if let Some(unknown) = options.case.iter().find(|name| !is_known(name)) {
+        let mut message = format!("there is no case {unknown:?}; known are");
+        for (study, cases) in &all {
+            let labels: Vec<String> = cases.iter().map(|case| format!("{:?}", case.label)).collect();
+            message += &format!("\n  {}: {}", study.name(), labels.join(", "));
+        }
+        return Err(message);
+    }
+    let is_wanted = |case: &Case| options.case.is_empty() || options.case.contains(&case.label);
+    let chosen = all.into_iter().map(|(study, cases)| (study, cases.into_iter().filter(is_wanted).collect()));
+    Ok(chosen.filter(|(_, cases): &(_, Vec<Case>)| !cases.is_empty()).collect())
+}
+
 /// Runs the studies.
 pub(crate) fn run(options: &Options) -> Result<(), String> {
     let out = root().join(&options.out);
     fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     let mut start = Settings::default();
     start.epochs = options.epochs.unwrap_or(start.epochs);
-    let studies =
-        if options.studies.is_empty() { Study::value_variants() } else { options.studies.as_slice() };
+    let wanted = wanted(options, &start)?;
     for path in &options.mesh {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
@@ -163,39 +234,37 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };
         let base =
             base_mesh_of_manifold(&mesh, Some(&surface), &base, &NoProgress).map_err(|e| say(&e))?.mesh;
-        for &study in studies {
+        for (study, cases) in &wanted {
             let title = study.name();
-            let (mut curves, mut summary) = (Vec::new(), String::from(HEADER));
-            let wanted = |case: &Case| options.case.is_empty() || options.case.contains(&case.label);
-            for case in cases(study, &start).into_iter().filter(wanted) {
+            let file = out.join(format!("{name}-{title}.csv"));
+            let mut runs: Rows<Run> = Rows::open(file.clone())?;
+            for case in cases {
                 let copy = case.grid.map(|cells| copied(&surface, cells)).transpose()?;
                 let seen = copy.as_ref().unwrap_or(&surface);
                 let (curve, report) = learn(seen, &surface, &base, &case.settings).map_err(|e| say(&e))?;
-                let row = row(&case.label, &report);
-                eprint!("{name}, {title}: {row}");
-                summary += &row;
-                curves.push((case.label, curve));
+                eprintln!("{name}, {title}, {}: {report:?}", case.label);
+                runs.put(Run::new(&case.label, &report, curve))?;
             }
-            let file = out.join(format!("{name}-{title}"));
-            write(&file.with_extension("csv"), &summary)?;
-            write(&file.with_extension("svg"), &plot(&format!("{name}: {title}"), &curves)?)?;
+            page::plot(&file.with_extension("svg"), &format!("{name}: {title}"), runs.all())?;
         }
     }
-    write(&out.join("index.html"), &page(&out)?)
+    page::write(&out)
 }
 
-const HEADER: &str = "case,rms,max,cycle loss,flipped,epochs,seconds,of these projecting\n";
-
-fn row(label: &str, r: &FitReport) -> String {
-    let cycle_loss = r.cycle_loss.map_or_else(String::new, |loss| format!("{loss:.2e}"));
-    format!(
-        "\"{label}\",{:.3e},{:.3e},{cycle_loss},{:.5},{},{:.1},{:.1}\n",
-        r.projection_rms, r.projection_max, r.flipped_fraction, r.epochs, r.seconds, r.seconds_projecting
-    )
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+impl Run {
+    fn new(case: &str, report: &FitReport, curve: Curve) -> Self {
+        Self {
+            case: case.to_owned(),
+            rms: report.projection_rms,
+            max: report.projection_max,
+            cycle_loss: report.cycle_loss,
+            flipped: report.flipped_fraction,
+            epochs: report.epochs,
+            seconds: report.seconds,
+            seconds_projecting: report.seconds_projecting,
+            curve,
+        }
+    }
 }
 
 /// Learns `seen` and measures against `truth`.
@@ -216,7 +285,7 @@ fn learn(
     let mut trainer = Trainer::new(seen, base, settings).map_err(|e| e.to_string())?.finished_on(truth, 0);
     let mut hooks = Hooks { progress: &NoProgress, log: Some(&mut log) };
     let (fit, _) = train(&mut trainer, &mut hooks).map_err(|e| e.to_string())?;
-    Ok((curve, fit.report))
+    Ok((Curve(curve), fit.report))
 }
 
 /// The surface as marching cubes see it on a grid.
@@ -227,108 +296,54 @@ fn copied(surface: &MeshSurface, cells: u32) -> Result<MeshSurface, String> {
     MeshSurface::new(copy.mesh.as_triangle_mesh()).map_err(|e| e.to_string())
 }
 
-/// Projection loss by epoch, logarithmically.
-fn plot(title: &str, curves: &[(String, Curve)]) -> Result<String, String> {
-    let points = || curves.iter().flat_map(|(_, curve)| curve);
-    let last = points().map(|p| p.0).max().unwrap_or(1);
-    let (least, most) = points().fold((f64::MAX, f64::MIN_POSITIVE), |(l, m), p| (l.min(p.1), m.max(p.1)));
-    let mut svg = String::new();
-    let draw = |svg: &mut String| -> Result<(), Box<dyn std::error::Error>> {
-        let area = SVGBackend::with_string(svg, (720, 420)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(title, ("sans-serif", 18))
-            .margin(12)
-            .x_label_area_size(36)
-            .y_label_area_size(64)
-            .build_cartesian_2d(0..last, (0.7 * least..1.4 * most).log_scale())?;
-        let format = |y: &f64| format!("{y:.0e}");
-        chart.configure_mesh().x_desc("epoch").y_desc("projection loss").y_label_formatter(&format).draw()?;
-        for (k, (label, curve)) in curves.iter().enumerate() {
-            let colour = Palette99::pick(k).to_rgba();
-            chart
-                .draw_series(LineSeries::new(curve.iter().copied(), colour.stroke_width(2)))?
-                .label(label)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour));
-        }
-        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
-        area.present()?;
-        Ok(())
-    };
-    draw(&mut svg).map_err(|e| e.to_string())?;
-    Ok(svg)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// A page of all studies in the folder.
-fn page(folder: &Path) -> Result<String, String> {
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .map_err(|e| format!("{}: {e}", folder.display()))?
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|path| path.extension().is_some_and(|e| e == "csv"))
-        .collect();
-    files.sort();
-    let mut html = String::from(
-        "<!doctype html><meta charset=\"utf-8\"><title>Ablations</title>\
-         <style>body{font:14px sans-serif;margin:2em}td,th{padding:.1em .8em;text-align:right}</style>\
-         <h1>Ablations</h1><p>Distances in the box of side 3. Made by <code>cargo xtask ablation</code>.</p>\n",
-    );
-    let read = |path: &Path| fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()));
-    let tables = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
-    for study in Study::value_variants() {
-        let ending = format!("-{}.csv", study.name());
-        let of_study = files.iter().zip(&tables).filter(|(f, _)| f.to_string_lossy().ends_with(&ending));
-        let tables: Vec<&str> = of_study.map(|(_, table)| table.as_str()).collect();
-        let means = means(&tables);
-        if !means.is_empty() {
-            let _ = write!(html, "<h2>{}, mean over {} meshes</h2>", study.name(), tables.len());
-            html += &html_table(HEADER.lines().map(str::to_owned).chain(means));
+    fn options(studies: &[Study], case: &[&str]) -> Options {
+        Options {
+            studies: studies.into(),
+            mesh: Vec::new(),
+            base_faces: 4,
+            case: case.iter().map(|&name| name.to_owned()).collect(),
+            epochs: None,
+            out: PathBuf::new(),
         }
     }
-    for (file, table) in files.iter().zip(&tables) {
-        html += &read(&file.with_extension("svg"))?;
-        html += &html_table(table.lines().map(str::to_owned));
-    }
-    Ok(html)
-}
 
-/// Means over tables of several meshes, of the cases that all of them have.
-fn means(tables: &[&str]) -> Vec<String> {
-    let [first, _, ..] = tables else { return Vec::new() };
-    let of_case = |label: &str| -> Option<String> {
-        let rows: Option<Vec<Vec<f64>>> = tables
-            .iter()
-            .map(|table| {
-                let (_, rest) = table.lines().map(cells).find(|(found, _)| *found == label)?;
-                rest.split(',').map(|cell| cell.parse().ok()).collect()
-            })
-            .collect();
-        let rows = rows?;
-        let mean = |k: usize| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
-        let columns: Vec<String> = (0..rows[0].len()).map(|k| format!("{:.3e}", mean(k))).collect();
-        Some(format!("\"{label}\",{}", columns.join(",")))
-    };
-    first.lines().skip(1).filter_map(|line| of_case(cells(line).0)).collect()
-}
-
-/// The label of a line, and what follows.
-fn cells(line: &str) -> (&str, &str) {
-    match line.strip_prefix('"').and_then(|l| l.split_once("\",")) {
-        Some(quoted) => quoted,
-        None => line.split_once(',').unwrap_or((line, "")),
+    #[test]
+    fn cases_are_found_and_unknown_ones_refused() {
+        let found = |studies: &[Study], case: &[&str]| wanted(&options(studies, case), &Settings::default());
+        let names = |found: Vec<(Study, Vec<Case>)>| -> Vec<(Study, Vec<String>)> {
+            let labels = |cases: Vec<Case>| cases.into_iter().map(|case| case.label).collect();
+            found.into_iter().map(|(study, cases)| (study, labels(cases))).collect()
+        };
+        assert_eq!(found(&[], &[]).map(|all| all.len()), Ok(Study::value_variants().len()));
+        let one = found(&[], &["d = 4"]).map(names);
+        assert_eq!(one, Ok(vec![(Study::Features, vec!["d = 4".to_owned()])]));
+        let unknown = found(&[Study::Cycle, Study::Octaves], &["none", "d = 4"]).map(names).unwrap_err();
+        assert!(
+            unknown.contains("no case \"d = 4\"") && unknown.contains("octaves: \"0 octaves\""),
+            "{unknown}"
+        );
+        assert!(!unknown.contains("neurons"), "{unknown}");
     }
-}
 
-/// A table of lines of CSV, the first of which is its head.
-fn html_table(lines: impl Iterator<Item = String>) -> String {
-    let mut html = String::from("<table>");
-    for (i, line) in lines.enumerate() {
-        let tag = if i == 0 { "th" } else { "td" };
-        let (label, rest) = cells(&line);
-        html += "<tr>";
-        for cell in std::iter::once(label).chain(rest.split(',')) {
-            let _ = write!(html, "<{tag}>{cell}</{tag}>");
-        }
-        html += "</tr>";
+    #[test]
+    fn a_case_takes_its_own_place_in_a_file_of_before() {
+        let file = std::env::temp_dir().join(format!("ndf-ablation-{}.csv", std::process::id()));
+        let head = "case,rms,max,cycle loss,flipped,epochs,seconds,of these projecting\n";
+        let line = |label: &str| format!("\"{label}\",1.139e-3,1.520e-2,,0.00151,2000,10.8,3.5\n");
+        fs::write(&file, format!("{head}{}{}", line("Plain, 1e2"), line("none"))).unwrap();
+        let mut runs: Rows<Run> = Rows::open(file.clone()).unwrap();
+        let curve = Curve(vec![(30, 1.5e-3), (60, 0.0)]);
+        let again = Run { rms: 0.5, curve: curve.clone(), ..runs.all()[0].clone() };
+        runs.put(again).unwrap();
+        let read: Rows<Run> = Rows::open(file.clone()).unwrap();
+        fs::remove_file(&file).unwrap();
+        let [plain, none] = read.all() else { panic!("{:?}", read.all()) };
+        assert_eq!((plain.case.as_str(), plain.rms, &plain.curve), ("Plain, 1e2", 0.5, &curve));
+        assert_eq!((none.case.as_str(), none.rms, none.cycle_loss), ("none", 1.139e-3, None));
+        assert!(none.curve.0.is_empty());
     }
-    html + "</table>\n"
 }
