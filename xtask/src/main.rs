@@ -43,7 +43,9 @@ enum Task {
     /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
     Geodesics {
         #[command(flatten)]
-        options: performance::Options,
+        meshes: performance::Meshes,
+        #[command(flatten)]
+        timing: performance::Timing,
         /// VTP's program (YipengQin/VTP_source_code)
         #[arg(long)]
         vtp: Option<PathBuf>,
@@ -51,12 +53,14 @@ enum Task {
     /// Time eigenmodes, beside SciPy if an interpreter is given, and write the tables of docs/performance.md
     Spectra {
         #[command(flatten)]
-        options: performance::Options,
+        meshes: performance::Meshes,
+        #[command(flatten)]
+        timing: performance::Timing,
     },
     /// Measure the memory of training and write the table of docs/performance.md
     Training {
         #[command(flatten)]
-        options: performance::Options,
+        meshes: performance::Meshes,
     },
     /// What the three above run in a process of its own for every mesh
     #[command(subcommand, hide = true)]
@@ -72,9 +76,9 @@ fn main() -> ExitCode {
         Task::Table { data } => table::run(&data),
         Task::Representations(options) => representations::run(&options),
         Task::Scalars(options) => scalars::run(&options),
-        Task::Geodesics { options, vtp } => performance::geodesics(&options, vtp.as_deref()),
-        Task::Spectra { options } => performance::spectra(&options),
-        Task::Training { options } => performance::training(&options),
+        Task::Geodesics { meshes, timing, vtp } => performance::geodesics(&meshes, &timing, vtp.as_deref()),
+        Task::Spectra { meshes, timing } => performance::spectra(&meshes, &timing),
+        Task::Training { meshes } => performance::training(&meshes),
         Task::Measure(mesh) => performance::measure(mesh),
     };
     match done {

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::meshes::MeshName;
 use super::process::{PythonPeer, Scratch, forget_peak, median, memory, timed};
-use super::{number, ratio, small, table, text};
+use super::{Timing, number, ratio, small, table, text};
 
 /// The meshes of the table.
 pub(super) const MESHES: &[&str] = &[
@@ -35,10 +35,8 @@ const PYGEODESIC_FACES: usize = 120_000;
 pub(crate) struct Arguments {
     mesh: MeshName,
     data: PathBuf,
-    #[arg(long)]
-    repeat: usize,
-    #[arg(long)]
-    python: Option<PathBuf>,
+    #[command(flatten)]
+    timing: Timing,
     #[arg(long)]
     vtp: Option<PathBuf>,
 }
@@ -84,7 +82,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     row["seconds_kept"] = kept.into();
     row["megabytes_peak_kept"] = memory().map(|(_, peak)| peak).into();
 
-    let mut python = match &arguments.python {
+    let mut python = match &arguments.timing.python {
         Some(python) if mesh.face_count() <= PYGEODESIC_FACES => {
             Some(PythonPeer::start(python, "mmp.py", &[scratch.path().display().to_string()])?)
         }
@@ -92,7 +90,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     };
     let (mut vtp_seconds, mut mmp_seconds) = (Vec::new(), Vec::new());
     let farthest = distances.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
-    for _ in 0..arguments.repeat {
+    for _ in 0..arguments.timing.repeat {
         let (again, result) = timed(|| exact(&ExactOptions::default()));
         result?;
         seconds.push(again);

@@ -19,21 +19,37 @@ use meshes::MeshName;
 use process::Threads;
 pub(crate) use process::timed;
 
-/// What the tables are made with.
+/// What the tables are made of.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct Options {
+pub(crate) struct Meshes {
     /// The folder with the meshes
     #[arg(long, default_value = "../shared/data/mesh")]
     data: PathBuf,
+    /// Meshes: files of the folder, or rope-ALONGxAROUND; +N splits every face in four N times. If any are given, the
+    /// tables are only printed
+    meshes: Vec<MeshName>,
+}
+
+/// How often to measure, and beside what.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Timing {
     /// Runs of which the median counts
     #[arg(long, default_value_t = 3)]
     repeat: usize,
     /// A Python interpreter with the rivals of xtask/peers
     #[arg(long)]
     python: Option<PathBuf>,
-    /// Meshes: files of the folder, or rope-ALONGxAROUND; +N splits every face in four N times. If any are given, the
-    /// tables are only printed
-    meshes: Vec<MeshName>,
+}
+
+impl Timing {
+    /// The same as arguments of a process.
+    fn arguments(&self) -> Vec<String> {
+        let mut arguments = vec!["--repeat".to_owned(), self.repeat.to_string()];
+        if let Some(python) = &self.python {
+            arguments.extend(["--python".to_owned(), python.display().to_string()]);
+        }
+        arguments
+    }
 }
 
 /// One mesh, in this process.
@@ -57,60 +73,60 @@ pub(crate) fn measure(mesh: OneMesh) -> Result<(), String> {
 }
 
 /// The tables of geodesics.
-pub(crate) fn geodesics(options: &Options, vtp: Option<&Path>) -> Result<(), String> {
-    let vtp = vtp.map(|program| vec!["--vtp".to_owned(), program.display().to_string()]);
-    let rows = rows("geodesics", options, geodesics::MESHES, &vtp.unwrap_or_default(), Threads::One)?;
-    publish("cargo xtask geodesics", options, &geodesics::tables(&rows))
+pub(crate) fn geodesics(meshes: &Meshes, timing: &Timing, vtp: Option<&Path>) -> Result<(), String> {
+    let mut arguments = timing.arguments();
+    if let Some(program) = vtp {
+        arguments.extend(["--vtp".to_owned(), program.display().to_string()]);
+    }
+    let rows = rows("geodesics", meshes, geodesics::MESHES, &arguments, Threads::One)?;
+    publish("cargo xtask geodesics", meshes, &geodesics::tables(&rows))
 }
 
 /// The tables of spectra.
-pub(crate) fn spectra(options: &Options) -> Result<(), String> {
-    let mut rows = rows("spectra", options, spectra::MESHES, &[], Threads::One)?;
+pub(crate) fn spectra(meshes: &Meshes, timing: &Timing) -> Result<(), String> {
+    let arguments = timing.arguments();
+    let mut rows = rows("spectra", meshes, spectra::MESHES, &arguments, Threads::One)?;
     // Ratios to rivals once more with all threads; other figures are those of one thread.
     let beside_rivals = rows.iter_mut().filter(|row| row["seconds_superlu"].is_number());
     for row in beside_rivals {
         let again = row["mesh"].as_str().unwrap_or_default().to_owned();
-        spectra::add_all_threads(row, &measured("spectra", options, &again, &[], Threads::Default)?);
+        spectra::add_all_threads(row, &measured("spectra", meshes, &again, &arguments, Threads::Default)?);
     }
-    publish("cargo xtask spectra", options, &spectra::tables(&rows))
+    publish("cargo xtask spectra", meshes, &spectra::tables(&rows))
 }
 
 /// The table of training.
-pub(crate) fn training(options: &Options) -> Result<(), String> {
-    let rows = rows("training", options, training::MESHES, &[], Threads::Default)?;
-    publish("cargo xtask training", options, &training::tables(&rows))
+pub(crate) fn training(meshes: &Meshes) -> Result<(), String> {
+    let rows = rows("training", meshes, training::MESHES, &[], Threads::Default)?;
+    publish("cargo xtask training", meshes, &training::tables(&rows))
 }
 
 /// One object for every mesh.
 fn rows(
     kind: &str,
-    options: &Options,
+    meshes: &Meshes,
     usual: &[&str],
     more: &[String],
     threads: Threads,
 ) -> Result<Vec<Value>, String> {
-    let names: Vec<String> = if options.meshes.is_empty() {
+    let names: Vec<String> = if meshes.meshes.is_empty() {
         usual.iter().map(|&name| name.to_owned()).collect()
     } else {
-        options.meshes.iter().map(ToString::to_string).collect()
+        meshes.meshes.iter().map(ToString::to_string).collect()
     };
-    names.iter().map(|name| measured(kind, options, name, more, threads)).collect()
+    names.iter().map(|name| measured(kind, meshes, name, more, threads)).collect()
 }
 
 /// The object of one mesh, from a process of its own.
 fn measured(
     kind: &str,
-    options: &Options,
+    meshes: &Meshes,
     mesh: &str,
     more: &[String],
     threads: Threads,
 ) -> Result<Value, String> {
-    let data = root().join(&options.data);
-    let mut arguments = ["measure", kind, mesh].map(str::to_owned).to_vec();
-    arguments.extend([data.display().to_string(), "--repeat".to_owned(), options.repeat.to_string()]);
-    if let Some(python) = &options.python {
-        arguments.extend(["--python".to_owned(), python.display().to_string()]);
-    }
+    let data = root().join(&meshes.data).display().to_string();
+    let mut arguments = ["measure", kind, mesh, &data].map(str::to_owned).to_vec();
     arguments.extend_from_slice(more);
     let row = process::in_own_process(&arguments, threads)?;
     eprintln!("{row}");
@@ -119,8 +135,8 @@ fn measured(
 
 /// Writes tables to the document, or prints them where they are not of the usual meshes.
 #[expect(clippy::print_stdout, reason = "tables that were asked for")]
-fn publish(command: &str, options: &Options, tables: &str) -> Result<(), String> {
-    if options.meshes.is_empty() {
+fn publish(command: &str, meshes: &Meshes, tables: &str) -> Result<(), String> {
+    if meshes.meshes.is_empty() {
         replace_table(&root().join("docs/performance.md"), command, tables)
     } else {
         print!("{tables}");

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::meshes::MeshName;
 use super::process::{PythonPeer, Scratch, forget_peak, median, memory, timed};
-use super::{number, ratio, small, table, text};
+use super::{Timing, number, ratio, small, table, text};
 
 /// The meshes of the table.
 pub(super) const MESHES: &[&str] = &[
@@ -33,10 +33,8 @@ const RIVAL_VERTICES: usize = 250_000;
 pub(crate) struct Arguments {
     mesh: MeshName,
     data: PathBuf,
-    #[arg(long)]
-    repeat: usize,
-    #[arg(long)]
-    python: Option<PathBuf>,
+    #[command(flatten)]
+    timing: Timing,
 }
 
 /// Seconds of the parts of a computation.
@@ -79,7 +77,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         "megabytes_peak": peak.map(|(_, peak)| peak),
     });
 
-    let rivals = arguments.python.as_ref().filter(|_| mesh.vertex_count() <= RIVAL_VERTICES);
+    let rivals = arguments.timing.python.as_ref().filter(|_| mesh.vertex_count() <= RIVAL_VERTICES);
     let scratch = Scratch::new()?;
     let mut peer = None;
     if let Some(python) = rivals {
@@ -99,7 +97,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         .filter_map(|name| name.as_str().map(str::to_owned))
         .collect();
     let mut theirs: Vec<Vec<f64>> = vec![Vec::new(); solvers.len()];
-    let repeat = if mesh.vertex_count() <= RIVAL_VERTICES { arguments.repeat } else { 0 };
+    let repeat = if mesh.vertex_count() <= RIVAL_VERTICES { arguments.timing.repeat } else { 0 };
     for _ in 0..repeat {
         ours.push(run()?.0);
         for (solver, seconds) in solvers.iter().zip(&mut theirs) {
