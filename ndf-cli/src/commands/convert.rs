@@ -41,8 +41,9 @@ impl Form {
             Some("ndf") => Ok(Self::Model),
             Some("safetensors") => Ok(Self::Tensors),
             _ => format_to_write(path).map(|_| Self::Base).map_err(|_| {
-                Failure::new(format!("{}: which form is meant is not clear", path.display()))
-                    .try_instead("a name that ends in .ndf, .safetensors, .ply, .obj or .stl")
+                Failure::new(format!("cannot tell from the name {} what to write", path.display())).try_instead(
+                    "end it in .ndf for a model, .safetensors for its arrays, .ply, .obj or .stl for its base mesh",
+                )
             }),
         }
     }

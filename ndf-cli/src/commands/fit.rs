@@ -10,7 +10,7 @@ use ndf_core::io::atomic_write;
 use ndf_core::model::stored_base;
 use ndf_core::{DVec3, ManifoldMesh, Model, Surface};
 use ndf_meshing::BaseMeshOptions;
-use ndf_train::{Checkpoint, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, train};
+use ndf_train::{Checkpoint, CheckpointError, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, train};
 use serde_json::{Value, json};
 
 use super::extract::to_world;
@@ -176,15 +176,13 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
             failure
         }
     };
+    let checkpoint = job.resume.map(read_checkpoint).transpose()?;
     let started = Instant::now();
     let source = input::open(job.input, job.reading, context)?;
     let seconds_reading = started.elapsed().as_secs_f64();
     let (mut base_report, mut base_remark) = (Value::Null, None);
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
-    let checkpoint = job
-        .resume
-        .map(|path| Checkpoint::read(path).map_err(|e| Failure::new(format!("{}: {e}", path.display()))));
-    let start = match (checkpoint.transpose()?, job.base) {
+    let start = match (checkpoint, job.base) {
         (Some(checkpoint), _) => {
             Start::Resumed(Box::new(checkpoint.with_time_limit(job.training.time_limit())))
         }
@@ -286,7 +284,8 @@ fn base_in_world(model: &Model) -> ManifoldMesh {
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
 fn read_anchors(path: &Path) -> Result<Vec<(DVec3, DVec3)>, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Failure::new(format!("cannot read the anchors {name}: {e}")))?;
     let lines =
         text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.trim_start().starts_with('#'));
     let pair = |(number, line): (usize, &str)| {
@@ -345,6 +344,15 @@ fn read_base(path: &Path, context: &Context) -> Result<ManifoldMesh, Failure> {
     ManifoldMesh::try_from(file.mesh).map_err(|e| {
         let failure = Failure::new(format!("the base mesh {} is {e}", path.display()));
         failure.try_instead("`ndf mesh` makes a manifold of any mesh that encloses a volume")
+    })
+}
+
+fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
+    let name = path.display();
+    Checkpoint::read(path).map_err(|e| match e {
+        CheckpointError::Io(e) => Failure::new(format!("cannot read the checkpoint {name}: {e}")),
+        CheckpointError::Content(_) => Failure::new(format!("{name} is {e}"))
+            .try_instead("a run of `ndf fit` that is interrupted leaves one"),
     })
 }
 

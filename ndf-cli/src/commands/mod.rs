@@ -17,9 +17,10 @@ pub mod training;
 use std::path::Path;
 
 use clap::Subcommand;
-use ndf_core::io::{MeshFile, read_mesh};
+use ndf_core::io::{MeshFile, ReadError, read_mesh};
 
 use crate::context::Context;
+use crate::input::begins_as_model;
 use crate::output::{Failure, Outcome};
 
 /// What the program can be asked to do.
@@ -80,7 +81,13 @@ impl Command {
 /// # Errors
 /// If it cannot be read.
 pub fn read_mesh_file(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
-    let file = read_mesh(path)?;
+    let file = read_mesh(path).map_err(|error| match error {
+        ReadError::Unrecognised { .. } if begins_as_model(path) => {
+            Failure::new(format!("{} is a model, not a mesh", path.display()))
+                .try_instead("`ndf extract` makes a mesh of it, and `ndf convert` one of its base mesh")
+        }
+        _ => Failure::from(error),
+    })?;
     file.notes.iter().for_each(|note| context.warn(&format!("{}: {note}", path.display())));
     Ok(file)
 }

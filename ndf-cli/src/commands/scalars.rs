@@ -13,9 +13,12 @@ use super::extract::{EdgeLength, extraction, to_world};
 use super::read_faces;
 use super::training::{Preset, bits};
 use crate::context::Context;
-use crate::input::read_model;
+use crate::input::{begins_as_model, read_model};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+
+/// Where values come from, for those who have none.
+const VALUES: &str = "`ndf geodesic` and `ndf spectrum` write PLY files that have some";
 
 /// What `ndf scalars` can be asked to do.
 #[derive(Debug, Subcommand)]
@@ -105,7 +108,7 @@ impl FitArguments {
         let name = self.values.display();
         if file.scalars.is_empty() {
             let failure = Failure::new(format!("{name} has no scalars at its vertices"));
-            return Err(failure.try_instead("`ndf geodesic` and `ndf spectrum` write PLY files that have"));
+            return Err(failure.try_instead(VALUES));
         }
         if let Some(missing) = self.scalar.iter().find(|n| file.scalars.iter().all(|s| s.name != **n)) {
             let there: Vec<&str> = file.scalars.iter().map(|s| s.name.as_str()).collect();
@@ -120,6 +123,11 @@ impl FitArguments {
 fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
     let mut model = read_model(&arguments.model)?;
+    if begins_as_model(&arguments.values) {
+        let name = arguments.values.display();
+        let failure = Failure::new(format!("{name} is a model, and no mesh with scalars at its vertices"));
+        return Err(failure.try_instead(VALUES));
+    }
     let mut file = read_faces(&arguments.values, context)?;
     let mesh = std::mem::take(&mut file.mesh);
     let scalars = arguments.wanted(file)?;

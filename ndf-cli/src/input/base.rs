@@ -112,12 +112,14 @@ impl Input {
         if !matches!(error, BaseMeshError::NoField | BaseMeshError::Isosurface(_)) {
             return Failure::new(format!("{name}: {error}"));
         }
+        // Other commands come here, too.
         match &self.base {
             BaseSource::Isosurface { reason: Some(reason), .. } => Failure::new(format!(
                 "{name}: {reason}, and it encloses no volume from which a base mesh could be made"
             ))
-            .try_instead("repair the mesh, or bring a base mesh with --base"),
-            _ => Failure::new(format!("{name}: {error}")).try_instead("--base takes a base mesh of your own"),
+            .try_instead("repair the mesh, or bring a base mesh of your own: `ndf fit --base`"),
+            _ => Failure::new(format!("{name}: {error}"))
+                .try_instead("bring a base mesh of your own: `ndf fit --base`"),
         }
     }
 }

@@ -13,9 +13,9 @@ use crate::output::{Failure, Outcome};
 /// The share of the area that one component must have to stand for the whole mesh.
 const LARGEST_COMPONENT: f64 = 0.5;
 
-/// What else can be read, for files that nobody recognises.
-const OTHERS: &str = "clouds also from XYZ, PTS, PCD, E57 and LAS, networks from PyTorch, safetensors, NumPy, HDF5 and \
-                      MessagePack, splats from PLY, SPZ and .splat";
+/// What can be read, for files that nobody recognises.
+const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ, \
+                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ and .splat";
 
 /// Mesh files.
 pub(super) const FAMILY: Family = Family { kinds: &[Kind::Mesh], recognises, open, describe };
@@ -30,24 +30,27 @@ fn recognises(content: &Content) -> bool {
     }
 }
 
-fn describe(content: &Content, _: &Reading, context: &Context) -> Result<Outcome, Failure> {
+fn describe(content: &Content, reading: &Reading, context: &Context) -> Result<Outcome, Failure> {
     let name = content.name();
-    let file = parse(content, context)?;
+    let file = parse(content, reading, context)?;
     Ok(info::describe_mesh(&name, &file))
 }
 
-fn parse(content: &Content, context: &Context) -> Result<MeshFile, Failure> {
+fn parse(content: &Content, reading: &Reading, context: &Context) -> Result<MeshFile, Failure> {
     let file = parse_mesh(&content.bytes, &content.path).map_err(|error| match error {
-        ReadError::Unrecognised { .. } => Failure::from(error).try_instead(OTHERS),
+        // What nobody recognises comes here, too, and need not have been meant for a mesh.
+        ReadError::Unrecognised { reason, .. } if reading.kind.is_none() => {
+            Failure::new(format!("{} is of no known kind: {reason}", content.name())).try_instead(KINDS)
+        }
         _ => Failure::from(error),
     })?;
     file.notes.iter().for_each(|note| context.warn(&format!("{}: {note}", content.name())));
     Ok(file)
 }
 
-fn open(content: &Content, _: &Reading, context: &Context) -> Result<Input, Failure> {
+fn open(content: &Content, reading: &Reading, context: &Context) -> Result<Input, Failure> {
     let name = content.name();
-    let file = parse(content, context)?;
+    let file = parse(content, reading, context)?;
     if file.mesh.face_count() == 0 {
         let what =
             if file.mesh.vertex_count() > 0 { "is a point set without faces" } else { "is an empty mesh" };

@@ -2,7 +2,7 @@
 
 use ndf_core::{Inside, ScalarField};
 use ndf_surfaces::LevelSetSurface;
-use ndf_surfaces::networks::{Latent, NeuralField, Quantity, is_snapshot};
+use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
 use ndf_surfaces::tensors::{TensorFile, is_tensor_file};
 use serde_json::json;
 
@@ -39,7 +39,13 @@ fn read(content: &Content, reading: &Reading, context: &Context) -> Result<Netwo
             ));
         }
         let latent = latent(reading)?;
-        let field = NeuralField::from_tensors(&file, latent.as_ref()).map_err(|e| say(&e))?;
+        let field = NeuralField::from_tensors(&file, latent.as_ref()).map_err(|e| match e {
+            LayoutError::Unknown { .. } if is_codes(&file) => {
+                Failure::new(format!("{name} is a table, perhaps of codes, and no network"))
+                    .try_instead("fit the decoder they are for, and give the codes with --latent")
+            }
+            e => say(&e),
+        })?;
         if latent.is_none() && field.layout() == "DeepSDF" {
             context.warn(&format!(
                 "{name}: a decoder of many shapes; without --latent it is the one with the code 0"
@@ -84,6 +90,11 @@ fn read(content: &Content, reading: &Reading, context: &Context) -> Result<Netwo
         }
     };
     Ok(Network { field, kind, level, container })
+}
+
+/// Whether a file holds nothing but a table, as the codes of decoders come.
+fn is_codes(file: &TensorFile) -> bool {
+    file.iter().count() == 1 && Latent::from_tensors(file, 0).is_some()
 }
 
 fn latent(reading: &Reading) -> Result<Option<Latent>, Failure> {

@@ -111,6 +111,23 @@ fn bad_fields_are_refused_with_a_sentence() {
             assert!(sentence.contains(said) && sentence.contains(file), "{sentence}");
         }
     }
+    // The codes of a decoder in the place of the decoder.
+    let mut codes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    codes.extend(format!("{:<117}\n", "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }").bytes());
+    codes.extend([0; 24]);
+    folder.write("codes.npy", codes);
+    assert!(ndf(&folder.0, &["info", "codes.npy"]).sentence().contains("--latent"));
+    // What is meant for a mesh is compared with meshes alone.
+    folder.write("letter", "Dear reader,\n");
+    let unknown = ndf(&folder.0, &["fit", "letter", "-o", "a.ndf"]);
+    assert!(unknown.sentence().contains("of no known kind") && unknown.sentence().contains("E57"));
+    let mesh = ndf(&folder.0, &["fit", "letter", "-o", "a.ndf", "--as", "mesh"]);
+    assert!(mesh.sentence().contains("is not a mesh file") && !mesh.sentence().contains("E57"));
+    // Three sheets that meet along an edge enclose nothing.
+    folder.write("fin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
+    for command in ["fit", "demo"] {
+        assert!(ndf(&folder.0, &[command, "fin.obj", "-o", "a"]).sentence().contains("`ndf fit --base`"));
+    }
     ndf(&folder.0, &["sample", "nerf", "-o", "a.safetensors", "--json"]).json();
     let wrong = ndf(&folder.0, &["info", "a.safetensors", "--as", "neus"]);
     assert!(wrong.sentence().contains("of the kind nerf"));

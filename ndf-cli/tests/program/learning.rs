@@ -93,7 +93,10 @@ fn a_base_mesh_of_ones_own_is_used() {
     assert_eq!(ndf(&folder.0, &arguments).json()["base_faces"], 300);
     let limited =
         ndf(&folder.0, &["fit", "torus.ply", "-o", "n.ndf", "--time-limit", "0", "--json", "--quiet"]);
-    assert_eq!(limited.json()["interrupted"], true);
+    let limited = limited.json();
+    assert_eq!(limited["interrupted"], true);
+    // There is no loss of no epoch.
+    assert!(limited["cycle_loss"].is_null(), "{limited}");
 }
 
 #[test]
@@ -185,8 +188,11 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
     assert!(
         ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "torus.ply"])
             .sentence()
-            .contains("checkpoint")
+            .contains("torus.ply is not a usable checkpoint")
     );
+    // A checkpoint that is not there is said before the input is looked at.
+    let missing = ndf(&folder.0, &["fit", "none.ply", "-o", "x.ndf", "--resume", "nope"]);
+    assert!(missing.sentence().contains("cannot read the checkpoint nope: "), "{}", missing.stderr);
     assert_eq!(
         ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--resume", "c", "--epochs", "5"]).code,
         2

@@ -105,7 +105,8 @@ fn scalars_that_cannot_be_stored_are_refused() {
     assert!(failed("torus.ndf", "torus.ply", &[]).contains("no scalars"));
     assert!(failed("torus.ndf", "missing.ply", &[]).contains("missing.ply"));
     assert!(failed("torus.ply", "modes.ply", &[]).contains("not an .ndf model"));
-    assert!(failed("torus.ndf", "torus.ndf", &[]).contains("torus.ndf"));
+    let model = failed("torus.ndf", "torus.ndf", &[]);
+    assert!(model.contains("torus.ndf is a model") && model.contains("ndf spectrum"), "{model}");
     let unknown = failed("torus.ndf", "modes.ply", &["--scalar", "mode_99"]);
     assert!(unknown.contains("mode_99") && unknown.contains("mode_03"), "{unknown}");
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
