@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use ndf_core::mesh::shapes;
-use ndf_core::model::{Precision, stored_base};
+use ndf_core::model::{Precision, StoredBase};
 use ndf_core::{DisplacementField, FieldShape, ManifoldMesh, Model};
 
 fn main() -> std::io::Result<()> {
@@ -24,7 +24,7 @@ fn main() -> std::io::Result<()> {
 /// An untrained model of a sphere: plain, rounded, and as tensors.
 fn models() -> Vec<(&'static str, Vec<u8>)> {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
-    let (base, similarity) = stored_base(&base, Some(Precision::default()));
+    let StoredBase { mesh: base, similarity } = StoredBase::new(&base, Some(Precision::default()), 0.0);
     let field = DisplacementField::untrained(base, FieldShape::default(), 0).expect("the parts fit");
     let model = Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() };
     let rounded = model.rounded(Precision::default());

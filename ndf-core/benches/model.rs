@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use ndf_core::mesh::shapes;
-use ndf_core::model::{Precision, stored_base};
+use ndf_core::model::{Precision, StoredBase};
 use ndf_core::{DisplacementField, FieldShape, ManifoldMesh, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -31,7 +31,7 @@ fn main() {
 
 fn made() -> Model {
     let base = ManifoldMesh::try_from(shapes::trefoil_knot(200, 10, 0.2)).expect("a knot is a manifold");
-    let (base, similarity) = stored_base(&base, Some(Precision::default()));
+    let StoredBase { mesh: base, similarity } = StoredBase::new(&base, Some(Precision::default()), 0.0);
     let shape = FieldShape::default();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut numbers = |n: usize| (0..n).map(|_| rng.random_range(-0.5..0.5)).collect::<Vec<f32>>();

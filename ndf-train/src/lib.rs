@@ -6,6 +6,7 @@
 //! surface and base mesh to field. [`scalars`] learns fields on the surface of a model.
 
 mod anchors;
+mod base;
 mod batch;
 mod cycle;
 mod epoch;
@@ -24,6 +25,7 @@ mod step;
 pub mod terms;
 mod trainer;
 
+pub use base::stored_base;
 pub use error::TrainError;
 pub use fit::{Fit, FitReport, Hooks, LogRecord, fit, train};
 pub use settings::{ReverseMap, Schedule, Settings};

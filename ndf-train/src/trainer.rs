@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
-use ndf_core::model::{Grids, Precision, stored_base};
+use ndf_core::model::{Grids, Precision, StoredBase};
 use ndf_core::network::{Mlp, Packed};
 use ndf_core::sampling::{AreaSampler, FaceSample};
 use ndf_core::{
@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::anchors::Anchors;
+use crate::base::stored_base;
 use crate::batch::{Batch, CHUNKS, Sample};
 use crate::epoch::Epoch;
 use crate::error::TrainError;
@@ -92,10 +93,18 @@ impl<'a> Trainer<'a> {
         base: &ManifoldMesh,
         settings: &Settings,
     ) -> Result<Self, TrainError> {
+        Self::on(surface, stored_base(surface, base, settings), settings)
+    }
+
+    /// Everything ready for the first epoch on a base mesh that [was made ready](stored_base) before.
+    ///
+    /// # Errors
+    /// If the settings or the base mesh are not usable.
+    pub fn on(surface: &'a dyn Surface, base: StoredBase, settings: &Settings) -> Result<Self, TrainError> {
         if let Some(defect) = settings.defect() {
             return Err(TrainError::Settings(defect));
         }
-        let (base, similarity) = stored_base(base, settings.precision);
+        let StoredBase { mesh: base, similarity } = base;
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
         let phi = settings.reverse_network().map(|shape| match settings.reverse_map {

@@ -7,10 +7,12 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf_core::io::atomic_write;
-use ndf_core::model::stored_base;
+use ndf_core::model::StoredBase;
 use ndf_core::{DVec3, ManifoldMesh, Model, Surface};
 use ndf_meshing::BaseMeshOptions;
-use ndf_train::{Checkpoint, CheckpointError, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, train};
+use ndf_train::{
+    Checkpoint, CheckpointError, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, stored_base, train,
+};
 use serde_json::{Value, json};
 
 use super::extract::to_world;
@@ -182,27 +184,26 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let seconds_reading = started.elapsed().as_secs_f64();
     let (mut base_report, mut base_remark) = (Value::Null, None);
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
+    let settings = job.training.settings(source.kind, context.seed());
+    let ready = |base: &ManifoldMesh| Start::Fresh(stored_base(&*source.surface, base, &settings));
     let start = match (checkpoint, job.base) {
         (Some(checkpoint), _) => {
             Start::Resumed(Box::new(checkpoint.with_time_limit(job.training.time_limit())))
         }
-        (None, Some(path)) => Start::Fresh(read_base(path, context)?),
+        (None, Some(path)) => ready(&read_base(path, context)?),
         (None, None) => {
             let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
             let made = source.base_mesh(&name.to_string(), &options, context, &progress);
             let Base { mesh, report, remark } = made.map_err(unless_interrupted)?;
             (base_report, base_remark) = (report, remark);
-            Start::Fresh(mesh)
+            ready(&mesh)
         }
     };
-    let settings = job.training.settings(source.kind, context.seed());
-    let band = source
-        .band(&name.to_string(), &start.stored_base(&settings), &progress)
-        .map_err(unless_interrupted)?;
+    let band = source.band(&name.to_string(), &start.base(), &progress).map_err(unless_interrupted)?;
     let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
     let mut trainer = match start {
         Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint),
-        Start::Fresh(base) => Trainer::new(surface, &base, &settings),
+        Start::Fresh(base) => Trainer::on(surface, base, &settings),
     }
     .map_err(|e| say(&e))?;
     if band.is_some() {
@@ -257,20 +258,17 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
 
 /// What training starts from.
 enum Start {
-    /// A base mesh in the units of the input.
-    Fresh(ManifoldMesh),
+    /// A base mesh.
+    Fresh(StoredBase),
     /// A run that was not finished.
     Resumed(Box<Checkpoint>),
 }
 
 impl Start {
     /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
-    fn stored_base(&self, settings: &Settings) -> ManifoldMesh {
+    fn base(&self) -> ManifoldMesh {
         match self {
-            Self::Fresh(base) => {
-                let (base, similarity) = stored_base(base, settings.precision);
-                to_world(&base, &similarity)
-            }
+            Self::Fresh(StoredBase { mesh, similarity }) => to_world(mesh, similarity),
             Self::Resumed(checkpoint) => base_in_world(checkpoint.model()),
         }
     }

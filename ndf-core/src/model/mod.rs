@@ -16,7 +16,7 @@ mod tensors;
 mod tests;
 
 pub use format::{ModelError, SectionSizes};
-pub use precision::{Grids, Precision, stored_base};
+pub use precision::{Grids, Precision, StoredBase};
 pub use tensors::TensorsError;
 
 use crate::{DisplacementField, Similarity, StoredScalars};

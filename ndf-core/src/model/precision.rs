@@ -18,13 +18,14 @@ pub struct Precision {
     pub features: u32,
     /// Bits of the largest weight of a layer, and of its largest bias, the sign aside.
     pub weights: u32,
-    /// Bits by which positions are finer than the mean edge of the base mesh is long.
+    /// Bits by which positions are finer than the mean edge of the base mesh is long, at most: the farther the mesh is from
+    /// the surface, the coarser they are.
     pub positions: u32,
 }
 
 impl Default for Precision {
     fn default() -> Self {
-        Self::of_bits(7)
+        Self::of_bits(8)
     }
 }
 
@@ -35,7 +36,7 @@ impl Precision {
     /// So many bits for features, and as many for the rest as keep its part in the error small: weights, of which there
     /// are few, four more.
     pub fn of_bits(features: u32) -> Self {
-        Self { features, weights: features + 4, positions: 6 }
+        Self { features, weights: features + 4, positions: 8 }
     }
 }
 
@@ -84,28 +85,53 @@ fn rounded(dimension: usize, features: &[f32], network: &Mlp, precision: Precisi
     (features, network.parameters().to_vec())
 }
 
-/// The base mesh of a model: `base`, in any units, taken to the box, its positions to a grid where a precision asks for
-/// one, its parts in the order of the file. The similarity leads from those units to the box.
-pub fn stored_base(base: &ManifoldMesh, precision: Option<Precision>) -> (ManifoldMesh, Similarity) {
-    let similarity = Similarity::to_box(&base.bounds());
-    let single = |p: DVec3| similarity.to_normalised(p).as_vec3().as_dvec3();
-    let base = in_file_order(&base.with_positions(base.positions().iter().map(|&p| single(p)).collect()));
-    let rounded = precision.and_then(|precision| on_grid(&base, precision));
-    (rounded.unwrap_or(base), similarity)
+/// The base mesh of a model, as it is stored.
+#[derive(Clone, Debug)]
+pub struct StoredBase {
+    /// The mesh in the box, its parts in the order of the file.
+    pub mesh: ManifoldMesh,
+    /// From the units of the mesh it was made from to the box.
+    pub similarity: Similarity,
+}
+
+impl StoredBase {
+    /// `base`, in any units, taken to the box, its positions to a grid where a precision asks for one.
+    ///
+    /// `distance` is the root mean square of the distances of `base` from the surface that it stands for, in the same
+    /// units, or 0 where they are not known: what rounding moves the vertices by stays well below it, so that there
+    /// is not much more to learn than before.
+    pub fn new(base: &ManifoldMesh, precision: Option<Precision>, distance: f64) -> Self {
+        let similarity = Similarity::to_box(&base.bounds());
+        let single = |p: DVec3| similarity.to_normalised(p).as_vec3().as_dvec3();
+        let mesh = in_file_order(&base.with_positions(base.positions().iter().map(|&p| single(p)).collect()));
+        let distance = similarity.scale() * distance;
+        let rounded = precision.and_then(|precision| on_grid(&mesh, precision, distance));
+        Self { mesh: rounded.unwrap_or(mesh), similarity }
+    }
 }
 
 /// Finer grids than that of single precision in the box make no sense.
 const FINEST_GRID: i8 = -20;
 
-/// The mesh with positions on a grid: as coarse as the precision allows and no face turns by more than 60°. `None` if
-/// faces turn on any.
-fn on_grid(base: &ManifoldMesh, precision: Precision) -> Option<ManifoldMesh> {
+/// Bits by which positions are always finer than the mean edge is long, for the sake of the faces' shapes.
+const LEAST_POSITION_BITS: u32 = 3;
+
+/// The largest spacing of positions, as a multiple of the distance from the surface. Rounding moves a vertex along the normal
+/// by the spacing divided by √12, in the root mean square.
+const SPACING_BY_DISTANCE: f64 = 2.0;
+
+/// The mesh with positions on a grid: as coarse as precision and distance from the surface allow and no face turns by
+/// more than 60°. `None` if faces turn on any.
+fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<ManifoldMesh> {
     let lengths = (0..base.edge_count() as u32).map(|e| {
         let [a, b] = base.edge_vertices(e).map(|v| base.positions()[v as usize]);
         a.distance(b)
     });
     let mean = lengths.sum::<f64>() / base.edge_count().max(1) as f64;
-    let first = mean.log2().floor() - f64::from(precision.positions);
+    let spacing = |bits: u32| mean / f64::from(bits).exp2();
+    let finest = spacing(precision.positions.max(LEAST_POSITION_BITS));
+    let spacing = (SPACING_BY_DISTANCE * distance).clamp(finest, spacing(LEAST_POSITION_BITS));
+    let first = spacing.log2().floor();
     let normals = |mesh: &ManifoldMesh| -> Vec<DVec3> {
         let mesh = mesh.as_triangle_mesh();
         (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect()

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::bytes::Writer;
-use super::{Model, ModelError, Precision, container, stored_base};
+use super::{Model, ModelError, Precision, StoredBase, container};
 use crate::mesh::shapes;
 use crate::network::Activation;
 use crate::sampling::AreaSampler;
@@ -83,7 +83,7 @@ fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
     for shape in [shapes::torus(20, 12, 1.0, 0.4), shapes::grid(9, 7), shapes::icosphere(2)] {
         let raw = ManifoldMesh::try_from(shape).unwrap();
         for precision in [None, Some(Precision::default())] {
-            let (base, _) = stored_base(&raw, precision);
+            let base = StoredBase::new(&raw, precision, 0.0).mesh;
             let model = model_on(base.as_triangle_mesh().clone());
             let again = Model::from_bytes(&model.to_bytes()).unwrap();
             assert_eq!(again.field.base().positions(), base.positions());
@@ -93,6 +93,25 @@ fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
             let positions = 12 * base.vertex_count();
             assert!(precision.is_none() || size < positions / 2, "{size} of {positions}");
         }
+    }
+}
+
+/// Rounding moves a position by less than the mesh is away from its surface, and saves bytes the farther that is.
+#[test]
+fn positions_are_the_coarser_the_farther_the_surface() {
+    let raw = ManifoldMesh::try_from(shapes::torus(40, 24, 1.0, 0.4)).unwrap();
+    let exact = StoredBase::new(&raw, None, 0.0);
+    let mut last = usize::MAX;
+    for distance in [0.0, 1e-3, 4e-3, 1.6e-2] {
+        let StoredBase { mesh, similarity } = StoredBase::new(&raw, Some(Precision::default()), distance);
+        assert_eq!((mesh.faces(), similarity), (exact.mesh.faces(), exact.similarity));
+        let moves =
+            mesh.positions().iter().zip(exact.mesh.positions()).map(|(p, q)| (*p - *q).abs().max_element());
+        let most = (similarity.scale() * distance).max(2e-3);
+        assert!(moves.fold(0.0, f64::max) <= 1.001 * most, "{distance}");
+        let size = model_on(mesh.as_triangle_mesh().clone()).section_sizes().base;
+        assert!(size < last, "{distance}: {size} bytes, {last} before");
+        last = size;
     }
 }
 

@@ -2,15 +2,19 @@
 
 use ndf_cli::commands::geodesic::closest;
 use ndf_core::metrics::{MeasureOptions, measure};
-use ndf_core::{DVec3, ManifoldMesh, NoProgress, Similarity, TriangleMesh, TriangleTree};
+use ndf_core::{DVec3, ManifoldMesh, NoProgress, Similarity, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_spectral::{ModeOptions, modes};
+use rayon::prelude::*;
 
 /// Vertices to which distances are compared.
 const TARGETS: usize = 4_000;
 /// The reference's own eigenvalues are those of a mesh of at least so many faces: of the same surface, its faces parted.
 const SPECTRAL_FACES: usize = 200_000;
+/// On meshes of more faces, whose windows would fill the memory, distances inside a face are taken from those at its
+/// corners, linearly.
+const MOST_FACES_WITH_WINDOWS: usize = 100_000;
 /// The places, in the box of side 3, whose closest points distances are measured from (supplement, §2.1).
 const SOURCES: [DVec3; 2] = [DVec3::ONE, DVec3::NEG_ONE];
 
@@ -69,13 +73,15 @@ impl Reference {
             measure(self.mesh.as_triangle_mesh(), mesh.as_triangle_mesh(), &MeasureOptions::default())
                 .map_err(|e| e.to_string())?;
         let intrinsic = IntrinsicMesh::of_mesh(mesh);
-        let eigenvalues = eigenvalues(&intrinsic)?;
+        let (eigenvalues, geodesic) =
+            rayon::join(|| eigenvalues(&intrinsic), || self.geodesic_error(mesh, &intrinsic));
+        let eigenvalues = eigenvalues?;
         let pairs = self.eigenvalues.iter().zip(&eigenvalues).skip(1);
         let relative: Vec<f64> = pairs.map(|(truth, found)| (found - truth).abs() / truth).collect();
         Ok(Errors {
             mean: there.mesh_to_reference.mean.max(there.reference_to_mesh.mean) / there.diagonal,
             max: there.hausdorff / there.diagonal,
-            geodesic: self.geodesic_error(mesh, &intrinsic)?,
+            geodesic: geodesic?,
             eigenvalues: relative.iter().sum::<f64>() / relative.len() as f64,
         })
     }
@@ -83,15 +89,29 @@ impl Reference {
     fn geodesic_error(&self, mesh: &ManifoldMesh, intrinsic: &IntrinsicMesh) -> Result<f64, String> {
         let tree = TriangleTree::new(mesh.as_triangle_mesh());
         let closest = |p: DVec3| closest(mesh, &tree, p).map_err(|e| e.to_string());
-        let (mut error, mut whole) = (0.0, 0.0);
-        for Distances { source, targets } in &self.distances {
-            let found = exact_distances(intrinsic, &[closest(*source)?], &ExactOptions::with_windows())
-                .map_err(|e| e.to_string())?;
+        let is_fine = mesh.face_count() > MOST_FACES_WITH_WINDOWS;
+        let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
+        // Sums of errors and of distances.
+        let sums = |Distances { source, targets }: &Distances| -> Result<(f64, f64), String> {
+            let found =
+                exact_distances(intrinsic, &[closest(*source)?], &options).map_err(|e| e.to_string())?;
+            let distance_at = |point: SurfacePoint| {
+                if is_fine {
+                    let (face, weights) = point.in_some_face(mesh);
+                    let corners = mesh.faces()[face as usize].map(|v| found.distances()[v as usize]);
+                    return Ok(corners.iter().zip(weights).map(|(distance, weight)| distance * weight).sum());
+                }
+                found.distance_at(point).map_err(|e| e.to_string())
+            };
+            let mut sums = (0.0, 0.0);
             for &(target, truth) in targets {
-                error += (found.distance_at(closest(target)?).map_err(|e| e.to_string())? - truth).abs();
-                whole += truth;
+                sums.0 += (distance_at(closest(target)?)? - truth).abs();
+                sums.1 += truth;
             }
-        }
+            Ok(sums)
+        };
+        let sums: Vec<(f64, f64)> = self.distances.par_iter().map(sums).collect::<Result<_, _>>()?;
+        let (error, whole) = sums.iter().fold((0.0, 0.0), |sum, s| (sum.0 + s.0, sum.1 + s.1));
         Ok(error / whole)
     }
 }
