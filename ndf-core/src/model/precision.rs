@@ -113,8 +113,9 @@ impl StoredBase {
 /// Finer grids than that of single precision in the box make no sense.
 const FINEST_GRID: i8 = -20;
 
-/// Bits by which positions are always finer than the mean edge is long, for the sake of the faces' shapes.
-const LEAST_POSITION_BITS: u32 = 3;
+/// Bits by which positions are always finer than the mean edge is long: what coarser ones save, the creases of a bumpy mesh
+/// cost.
+const LEAST_POSITION_BITS: u32 = 5;
 
 /// The largest spacing of positions, as a multiple of the distance from the surface. Rounding moves a vertex along the normal
 /// by the spacing divided by √12, in the root mean square.
