@@ -98,7 +98,7 @@ impl StoredBase {
     /// `base`, in any units, taken to the box, its positions to a grid where a precision asks for one.
     ///
     /// `distance` is the root mean square of the distances of `base` from the surface that it stands for, in the same
-    /// units, or 0 where they are not known: what rounding moves the vertices by stays well below it, so that there
+    /// units, or 0 where they are not known: what rounding moves the vertices by stays below it, so that there
     /// is not much more to learn than before.
     pub fn new(base: &ManifoldMesh, precision: Option<Precision>, distance: f64) -> Self {
         let similarity = Similarity::to_box(&base.bounds());
