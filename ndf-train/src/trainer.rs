@@ -93,6 +93,9 @@ impl<'a> Trainer<'a> {
         base: &ManifoldMesh,
         settings: &Settings,
     ) -> Result<Self, TrainError> {
+        if let Some(defect) = settings.defect() {
+            return Err(TrainError::Settings(defect));
+        }
         Self::on(surface, stored_base(surface, base, settings), settings)
     }
 

@@ -98,13 +98,13 @@ impl StoredBase {
     /// `base`, in any units, taken to the box, its positions to a grid where a precision asks for one.
     ///
     /// `distance` is the root mean square of the distances of `base` from the surface that it stands for, in the same
-    /// units, or 0 where they are not known: what rounding moves the vertices by stays below it, so that there
-    /// is not much more to learn than before.
+    /// units, or 0 where they are not known: rounding moves vertices along the normal by at most 0.6 times as much, in the
+    /// root mean square, or by the little that the finest grid does, so that there is not much more to learn than before.
     pub fn new(base: &ManifoldMesh, precision: Option<Precision>, distance: f64) -> Self {
         let similarity = Similarity::to_box(&base.bounds());
         let single = |p: DVec3| similarity.to_normalised(p).as_vec3().as_dvec3();
         let mesh = in_file_order(&base.with_positions(base.positions().iter().map(|&p| single(p)).collect()));
-        let distance = similarity.scale() * distance;
+        let distance = if distance.is_finite() { similarity.scale() * distance } else { 0.0 };
         let rounded = precision.and_then(|precision| on_grid(&mesh, precision, distance));
         Self { mesh: rounded.unwrap_or(mesh), similarity }
     }
