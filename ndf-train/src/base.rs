@@ -1,10 +1,11 @@
-//! The base mesh of a run as its model will keep it.
+//! The base mesh of a run as its model will keep it, and what training needs of its faces.
 
 use ndf_core::model::StoredBase;
 use ndf_core::projection::projected;
 use ndf_core::sampling::{AreaSampler, FaceSample};
 use ndf_core::{DVec3, ManifoldMesh, Query, Surface};
 
+use crate::error::TrainError;
 use crate::settings::Settings;
 
 /// Samples of the base mesh whose distances from the surface are measured.
@@ -15,9 +16,17 @@ const STREAM: u64 = u64::MAX - 2;
 
 /// The base mesh (in the surface's coordinates) as a model of these settings keeps it: where they ask for rounded numbers,
 /// the less precisely, the farther it is from the surface. Costs some thousand projections there.
-pub fn stored_base(surface: &dyn Surface, base: &ManifoldMesh, settings: &Settings) -> StoredBase {
+///
+/// # Errors
+/// If the settings are not usable.
+pub fn stored_base(
+    surface: &dyn Surface,
+    base: &ManifoldMesh,
+    settings: &Settings,
+) -> Result<StoredBase, TrainError> {
+    settings.check()?;
     let distance = settings.precision.map_or(0.0, |_| distance(surface, base, settings.seed));
-    StoredBase::new(base, settings.precision, distance)
+    Ok(StoredBase::new(base, settings.precision, distance))
 }
 
 /// Root of the mean squared distance of the base mesh from the surface, in the surface's units; 0 where it finds none.
@@ -34,4 +43,18 @@ fn distance(surface: &dyn Surface, base: &ManifoldMesh, seed: u64) -> f64 {
         queries.iter().zip(&feet).filter_map(|(q, foot)| Some(q.point.distance_squared(foot.ok()?.point)));
     let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
     (sum / f64::from(count.max(1))).sqrt()
+}
+
+/// Derivatives of the barycentric coordinates along an orthonormal frame of a triangle whose first vector is along
+/// the side from corner 0 to corner 1; zero where the triangle has no area.
+pub(crate) fn frame([a, b, c]: [DVec3; 3]) -> [[f32; 3]; 2] {
+    let (p, q) = (b - a, c - a);
+    let length = p.length();
+    let along = q.dot(p) / length;
+    let height = p.cross(q).length() / length;
+    if !(height > 0.0 && length > 0.0) {
+        return [[0.0; 3]; 2];
+    }
+    let (u1, v1, v2) = (1.0 / length, -along / (height * length), 1.0 / height);
+    [[-u1, u1, 0.0], [-v1 - v2, v1, v2]].map(|w| w.map(|x| x as f32))
 }

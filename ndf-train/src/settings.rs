@@ -7,6 +7,7 @@ use ndf_core::model::Precision;
 use ndf_core::network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
+use crate::error::TrainError;
 use crate::rounding;
 
 /// How the learning rate falls from the first epoch to the last.
@@ -148,6 +149,11 @@ impl Settings {
             precision: None,
             ..Self::default()
         }
+    }
+
+    /// Whether they can be used.
+    pub(crate) fn check(&self) -> Result<(), TrainError> {
+        self.defect().map_or(Ok(()), |defect| Err(TrainError::Settings(defect)))
     }
 
     /// Epochs, of the last ones, in which numbers are rounded.

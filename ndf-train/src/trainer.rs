@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::anchors::Anchors;
-use crate::base::stored_base;
+use crate::base::{frame, stored_base};
 use crate::batch::{Batch, CHUNKS, Sample};
 use crate::epoch::Epoch;
 use crate::error::TrainError;
@@ -93,10 +93,7 @@ impl<'a> Trainer<'a> {
         base: &ManifoldMesh,
         settings: &Settings,
     ) -> Result<Self, TrainError> {
-        if let Some(defect) = settings.defect() {
-            return Err(TrainError::Settings(defect));
-        }
-        Self::on(surface, stored_base(surface, base, settings), settings)
+        Self::on(surface, stored_base(surface, base, settings)?, settings)
     }
 
     /// Everything ready for the first epoch on a base mesh that [was made ready](stored_base) before.
@@ -104,9 +101,7 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If the settings or the base mesh are not usable.
     pub fn on(surface: &'a dyn Surface, base: StoredBase, settings: &Settings) -> Result<Self, TrainError> {
-        if let Some(defect) = settings.defect() {
-            return Err(TrainError::Settings(defect));
-        }
+        settings.check()?;
         let StoredBase { mesh: base, similarity } = base;
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
@@ -491,18 +486,4 @@ impl<'a> Trainer<'a> {
 /// Parameters of a network that may not be there.
 fn parameters(network: &Option<Mlp>) -> &[f32] {
     network.as_ref().map_or(&[], Mlp::parameters)
-}
-
-/// Derivatives of the barycentric coordinates along an orthonormal frame of a triangle whose first vector is along
-/// the side from corner 0 to corner 1; zero where the triangle has no area.
-pub(crate) fn frame([a, b, c]: [DVec3; 3]) -> [[f32; 3]; 2] {
-    let (p, q) = (b - a, c - a);
-    let length = p.length();
-    let along = q.dot(p) / length;
-    let height = p.cross(q).length() / length;
-    if !(height > 0.0 && length > 0.0) {
-        return [[0.0; 3]; 2];
-    }
-    let (u1, v1, v2) = (1.0 / length, -along / (height * length), 1.0 / height);
-    [[-u1, u1, 0.0], [-v1 - v2, v1, v2]].map(|w| w.map(|x| x as f32))
 }

@@ -185,18 +185,20 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let (mut base_report, mut base_remark) = (Value::Null, None);
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
     let settings = job.training.settings(source.kind, context.seed());
-    let ready = |base: &ManifoldMesh| Start::Fresh(stored_base(&*source.surface, base, &settings));
+    let ready = |base: &ManifoldMesh| {
+        stored_base(&*source.surface, base, &settings).map(Start::Fresh).map_err(|e| say(&e))
+    };
     let start = match (checkpoint, job.base) {
         (Some(checkpoint), _) => {
             Start::Resumed(Box::new(checkpoint.with_time_limit(job.training.time_limit())))
         }
-        (None, Some(path)) => ready(&read_base(path, context)?),
+        (None, Some(path)) => ready(&read_base(path, context)?)?,
         (None, None) => {
             let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
             let made = source.base_mesh(&name.to_string(), &options, context, &progress);
             let Base { mesh, report, remark } = made.map_err(unless_interrupted)?;
             (base_report, base_remark) = (report, remark);
-            ready(&mesh)
+            ready(&mesh)?
         }
     };
     let band = source.band(&name.to_string(), &start.base(), &progress).map_err(unless_interrupted)?;

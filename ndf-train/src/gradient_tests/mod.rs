@@ -14,6 +14,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use crate::base::frame;
 use crate::batch::Sample;
 use crate::objective::Objective;
 use crate::origin::Origin;
@@ -22,7 +23,6 @@ use crate::step::{Chunk, Model, Step};
 use crate::terms::{
     Conformal, Dirichlet, LossTerm, NormalAlignment, PointTarget, ProjectionDistance, Target,
 };
-use crate::trainer::frame;
 
 const SAMPLES: usize = 70;
 const VERTICES: usize = 42;

@@ -51,6 +51,10 @@ pub(crate) struct Options {
     /// models
     #[arg(long)]
     python: Option<PathBuf>,
+    /// Relative edge length of the meshes on which models are measured; with another than the default, rows are printed
+    /// and not kept
+    #[arg(long, default_value_t = EDGE_LENGTH)]
+    edge_length: f64,
     /// Leave out what was measured before
     #[arg(long)]
     missing: bool,
@@ -75,7 +79,7 @@ impl Numbers {
     }
 }
 
-/// Relative edge length of the meshes on which models are measured.
+/// Relative edge length of the meshes of the rows that are kept.
 const EDGE_LENGTH: f64 = 0.005;
 
 /// A model: bytes of its parts, and errors as shares of 1.
@@ -150,9 +154,12 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
             rivals::measured(name, &reference, python, options.missing, &mut rivals).map_err(|e| say(&e))?;
         }
         for (base_faces, numbers) in jobs {
-            let row = model(name, &path, &reference, base_faces, numbers).map_err(|e| say(&e))?;
+            let row = model(name, &path, &reference, base_faces, numbers, options.edge_length)
+                .map_err(|e| say(&e))?;
             eprintln!("{row:?}");
-            models.put(row)?;
+            if options.edge_length == EDGE_LENGTH {
+                models.put(row)?;
+            }
         }
         page::write(&folder, models.all(), rivals.all())?;
     }
@@ -165,12 +172,13 @@ fn model(
     reference: &Reference,
     base_faces: u32,
     numbers: Numbers,
+    edge_length: f64,
 ) -> Result<ModelRow, String> {
     let context = Context::new(ContextOptions { quiet: true, ..ContextOptions::default() });
     let reading = Reading::default();
     let job = Job::new(path, &reading, base_faces, numbers.training());
     let model = fit_file(&job, &context).map_err(|e| e.to_string())?.0.model;
-    let (surface, _) = extracted(&model, EdgeLength::relative(EDGE_LENGTH))?;
+    let (surface, _) = extracted(&model, EdgeLength::relative(edge_length))?;
     let Errors { mean, max, geodesic, eigenvalues } = reference.errors(&surface)?;
     let SectionSizes { base, features, network, total: bytes, .. } = model.section_sizes();
     let mesh = name.to_owned();
