@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use ndf_core::mesh::shapes;
-use ndf_core::model::{Precision, StoredBase};
-use ndf_core::{DisplacementField, FieldShape, ManifoldMesh, Model};
+use ndf_mesh::shapes;
+use ndf_model::file::{Precision, StoredBase};
+use ndf_mesh::ManifoldMesh;
+use ndf_model::{DisplacementField, FieldShape, Model};
 
 fn main() -> std::io::Result<()> {
     let write = |target: &str, files: Vec<(&'static str, Vec<u8>)>| -> std::io::Result<()> {

@@ -5,8 +5,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use ndf_core::ValidationReport;
-use ndf_core::io::parse_mesh;
+use ndf_mesh::ValidationReport;
+use ndf_mesh::io::parse_mesh;
 
 fuzz_target!(|bytes: &[u8]| {
     // Any answer will do but a panic, a hang or a large allocation.

@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ndf_core::Model;
+use ndf_model::Model;
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Model::from_safetensors(bytes);

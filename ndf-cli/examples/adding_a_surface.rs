@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release -p ndf-cli --example adding_a_surface -- blobs.ply`
 
-use ndf_core::io::write_mesh;
-use ndf_core::{BoundingBox, DVec3, Inside, NoProgress, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, NoProgress};
 use ndf_intrinsic::extraction::{ExtractionOptions, extract};
+use ndf_mesh::io::write_mesh;
 use ndf_meshing::{BaseMeshOptions, base_mesh};
 use ndf_surfaces::LevelSetSurface;
 use ndf_train::{Settings, fit};
@@ -18,7 +18,7 @@ struct Blobs {
 /// How much stronger than the level a blob is at its centre.
 const STRENGTH: f64 = 4.0;
 
-impl ScalarField for Blobs {
+impl ImplicitField for Blobs {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         for (&p, value) in points.iter().zip(values) {
             let ball = |&(c, r): &(DVec3, f64)| STRENGTH * (-p.distance_squared(c) / (r * r)).exp();

@@ -10,8 +10,9 @@
 //! ```
 
 use base64::Engine;
-use ndf_core::io::VertexScalars;
-use ndf_core::{Progress, TriangleMesh};
+use ndf_core::Progress;
+use ndf_mesh::TriangleMesh;
+use ndf_mesh::io::VertexScalars;
 
 use crate::output::{Failure, readable};
 use crate::render::{Camera, ColourMap, Legend, Scene, Style, View, png_bytes, render};
@@ -202,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_painted_mesh_becomes_a_figure_with_its_legend() {
-        let mesh = ndf_core::mesh::shapes::icosphere(2);
+        let mesh = ndf_mesh::shapes::icosphere(2);
         let values = mesh.positions().iter().map(|p| p.y as f32).collect();
         let height = VertexScalars { name: "height".into(), values };
         let shot = Shot { width: 60, height: 40, ..Shot::default() };

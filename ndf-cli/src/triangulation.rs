@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf_core::mesh::{NotManifold, repair};
-use ndf_core::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::{NotManifold, repair};
 
 use crate::commands::extract::{EdgeLength, extracted, length};
 use crate::commands::read_faces;

@@ -100,7 +100,7 @@ pub trait Surface: Send + Sync {
     }
 
     /// The scalar field whose level set this surface is, where it has one. Base meshes are made from it.
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         None
     }
 }
@@ -115,7 +115,7 @@ pub enum Inside {
 }
 
 /// A scalar function on space and the level whose isosurface is meant.
-pub trait ScalarField: Send + Sync {
+pub trait ImplicitField: Send + Sync {
     /// Values at `points`: `values[i]` for `points[i]`. On the calling thread. A point where the field has no
     /// value gets NaN.
     fn values(&self, points: &[DVec3], values: &mut [f64]);
@@ -162,10 +162,10 @@ pub trait ScalarField: Send + Sync {
     }
 }
 
-/// Fields behind pointers are fields: what is generic over a field also takes `&dyn ScalarField` and boxes.
+/// Fields behind pointers are fields: what is generic over a field also takes `&dyn ImplicitField` and boxes.
 macro_rules! forward_field {
     ($($pointer:ty),*) => {$(
-        impl<F: ScalarField + ?Sized> ScalarField for $pointer {
+        impl<F: ImplicitField + ?Sized> ImplicitField for $pointer {
             fn values(&self, points: &[DVec3], values: &mut [f64]) {
                 (**self).values(points, values);
             }

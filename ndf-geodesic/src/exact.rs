@@ -1,7 +1,8 @@
 //! Exact polyhedral distances.
 
-use ndf_core::{NoProgress, Progress, SurfacePoint};
+use ndf_core::{NoProgress, Progress};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::SurfacePoint;
 
 use crate::propagation::Wavefront;
 use crate::pseudo_sources::Arrival;

@@ -27,8 +27,8 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
-use ndf_core::SurfacePoint;
 use ndf_intrinsic::{IntrinsicMesh, triangle};
+use ndf_mesh::SurfacePoint;
 
 use crate::exact::GeodesicError;
 use crate::sources::Place;
@@ -233,8 +233,8 @@ fn components(mesh: &IntrinsicMesh) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::{ExactOptions, exact_distances};
-    use ndf_core::ManifoldMesh;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::ManifoldMesh;
+    use ndf_mesh::shapes;
 
     fn mean_error(mesh: &IntrinsicMesh, sources: &[SurfacePoint]) -> f64 {
         let exact = exact_distances(mesh, sources, &ExactOptions::default()).unwrap();
@@ -271,7 +271,7 @@ mod tests {
         let (mut positions, mut faces) = sphere.into_parts();
         positions.extend(positions.clone().iter().map(|p| *p + ndf_core::DVec3::X * 5.0));
         faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
-        let two = ndf_core::TriangleMesh::new(positions, faces).unwrap();
+        let two = ndf_mesh::TriangleMesh::new(positions, faces).unwrap();
         let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(two).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
         let d = solver.distances(&[SurfacePoint::Vertex(n)]).unwrap();

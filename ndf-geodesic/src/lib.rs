@@ -7,7 +7,7 @@
 //!   Wardetzky 2013). Its [module](heat) says when to use which.
 //!
 //! ```
-//! use ndf_core::{ManifoldMesh, SurfacePoint, mesh::shapes};
+//! use ndf_mesh::{shapes, ManifoldMesh, SurfacePoint};
 //! use ndf_geodesic::{ExactOptions, exact_distances};
 //! use ndf_intrinsic::IntrinsicMesh;
 //!

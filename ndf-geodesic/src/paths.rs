@@ -3,8 +3,9 @@
 //! A path is straight between pseudo-sources: each piece is found by the window that gives the distance, and
 //! unrolled face by face towards the window's root.
 
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
+use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
 use crate::exact::{GeodesicError, Geodesics};
 use crate::pseudo_sources::Root;

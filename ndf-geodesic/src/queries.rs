@@ -1,7 +1,7 @@
 //! Distances at any point, from the windows that were kept.
 
-use ndf_core::SurfacePoint;
 use ndf_intrinsic::NO_HALFEDGE;
+use ndf_mesh::SurfacePoint;
 
 use crate::exact::{GeodesicError, Geodesics};
 use crate::pseudo_sources::Arrival;

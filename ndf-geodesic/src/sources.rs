@@ -1,7 +1,7 @@
 //! Points of a surface as the wavefront takes them.
 
-use ndf_core::SurfacePoint;
 use ndf_intrinsic::{IntrinsicMesh, triangle};
+use ndf_mesh::SurfacePoint;
 
 use crate::exact::GeodesicError;
 use crate::unfolding::Layout;

@@ -10,10 +10,10 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use common::subdivided;
-use ndf_core::mesh::repair;
-use ndf_core::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::repair;
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 
 fn data_folder() -> PathBuf {
     std::env::var_os("NDF_DATA")
@@ -22,7 +22,7 @@ fn data_folder() -> PathBuf {
 
 /// The mesh of a file as the reference has it: STL welded by exact position.
 fn read(path: &Path) -> Option<TriangleMesh> {
-    let mesh = ndf_core::io::read_mesh(path).ok()?.mesh;
+    let mesh = ndf_mesh::io::read_mesh(path).ok()?.mesh;
     let stl = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
     Some(if stl { repair::welded(&mesh, 0.0) } else { mesh })
 }

@@ -6,11 +6,12 @@
 mod common;
 
 use common::subdivided;
-use ndf_core::mesh::shapes;
+use ndf_core::DVec3;
 use ndf_core::progress::Progress;
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -38,7 +39,7 @@ fn a_finely_subdivided_cube_is_exact() {
         exact_distances(&coarse, &[SurfacePoint::Vertex(corner(&small))], &ExactOptions::with_windows())
             .unwrap();
     let small = ManifoldMesh::try_from(small).unwrap();
-    let tree = ndf_core::TriangleTree::new(small.as_triangle_mesh());
+    let tree = ndf_mesh::TriangleTree::new(small.as_triangle_mesh());
     let mut worst: f64 = 0.0;
     for (p, d) in cube.positions().iter().zip(&d) {
         let foot = tree.closest_point(*p, ndf_core::Hint::NONE).unwrap();
@@ -129,8 +130,8 @@ fn slivers() -> TriangleMesh {
             }
         }
     }
-    let mesh = ndf_core::mesh::repair::oriented(&TriangleMesh::new(positions, faces).unwrap());
-    ndf_core::mesh::repair::without_unreferenced_vertices(&mesh).0
+    let mesh = ndf_mesh::repair::oriented(&TriangleMesh::new(positions, faces).unwrap());
+    ndf_mesh::repair::without_unreferenced_vertices(&mesh).0
 }
 
 #[test]

@@ -4,10 +4,11 @@
 
 use std::f64::consts::TAU;
 
-use ndf_core::mesh::shapes;
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_core::DVec3;
 use ndf_geodesic::{ExactOptions, Geodesics, exact_distances};
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -78,7 +79,7 @@ fn paths_bend_around_a_notch() {
     };
     let faces: Vec<[u32; 3]> = full.faces().iter().filter(keep).copied().collect();
     let plate = TriangleMesh::new(full.positions().to_vec(), faces).unwrap();
-    let (plate, _) = ndf_core::mesh::repair::without_unreferenced_vertices(&plate);
+    let (plate, _) = ndf_mesh::repair::without_unreferenced_vertices(&plate);
     let mesh = manifold(plate);
     let intrinsic = IntrinsicMesh::of_mesh(&mesh);
     let at = |x: f64, y: f64| {
@@ -125,7 +126,7 @@ fn spheres_and_cylinders_converge() {
         let close = |v: u32| if v % columns == columns - 1 { v + 1 - columns } else { v };
         let faces = sheet.faces().iter().map(|f| f.map(close)).collect();
         let tube = TriangleMesh::new(sheet.map_positions(rolled).positions().to_vec(), faces).unwrap();
-        let (tube, _) = ndf_core::mesh::repair::without_unreferenced_vertices(&tube);
+        let (tube, _) = ndf_mesh::repair::without_unreferenced_vertices(&tube);
         let mesh = manifold(tube);
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
         let geodesics =

@@ -3,9 +3,9 @@
 
 use std::time::Instant;
 
-use ndf_core::ManifoldMesh;
-use ndf_core::io::read_mesh;
 use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::io::read_mesh;
 
 const RUNS: usize = 5;
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use ndf_core::Model;
 use ndf_intrinsic::{ExtractionOptions, extract};
+use ndf_model::Model;
 
 const RUNS: usize = 3;
 

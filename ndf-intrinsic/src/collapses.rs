@@ -136,8 +136,8 @@ pub(crate) fn keep<T: Copy>(items: &mut Vec<T>, survivors: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::ManifoldMesh;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::ManifoldMesh;
+    use ndf_mesh::shapes;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;

@@ -3,8 +3,9 @@
 //! Its faces lie in one face of the input and one of the intrinsic triangulation, so that linear functions of
 //! both are linear on it.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, SurfacePoint};
+use ndf_core::DVec3;
+use ndf_mesh::SurfacePoint;
+use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::normal_coordinates::{Arcs, Region};
@@ -60,7 +61,7 @@ impl IntrinsicTriangulation<'_> {
 
 impl CommonSubdivision {
     /// Positions of the vertices on the input's surface.
-    pub fn positions(&self, input: &ndf_core::ManifoldMesh) -> Vec<DVec3> {
+    pub fn positions(&self, input: &ndf_mesh::ManifoldMesh) -> Vec<DVec3> {
         self.points.iter().map(|p| p.input.position(input)).collect()
     }
 
@@ -68,7 +69,7 @@ impl CommonSubdivision {
     ///
     /// # Panics
     /// If there is not one value for every vertex of the input.
-    pub fn sample_input_function(&self, input: &ndf_core::ManifoldMesh, values: &[f64]) -> Vec<f64> {
+    pub fn sample_input_function(&self, input: &ndf_mesh::ManifoldMesh, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), input.vertex_count());
         let value = |point: SurfacePoint| {
             let (face, barycentric) = point.in_some_face(input);

@@ -7,10 +7,10 @@
 //! Half-edges are implicit as in [`ManifoldMesh`]: half-edge `3 f + c` runs from corner `c` of face `f` to the
 //! next corner.
 
-use ndf_core::ManifoldMesh;
+use ndf_mesh::ManifoldMesh;
 use rayon::prelude::*;
 
-pub use ndf_core::mesh::NO_HALFEDGE;
+pub use ndf_mesh::NO_HALFEDGE;
 
 /// What is kept of a half-edge; the three of a face lie side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -359,7 +359,7 @@ impl DeltaComplex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
 
     #[test]
     fn meshes_become_complexes_with_the_same_numbers() {

@@ -211,8 +211,8 @@ impl DeltaComplex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::ManifoldMesh;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::ManifoldMesh;
+    use ndf_mesh::shapes;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;

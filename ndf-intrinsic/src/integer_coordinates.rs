@@ -4,8 +4,8 @@
 //! The operations here are told where new vertices go and how long new edges are; they never look at a length,
 //! so that the metric may be another than the input's (Gillespie, Sharp and Crane 2021).
 
-use ndf_core::ManifoldMesh;
-use ndf_core::sampling::FaceSample;
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::normal_coordinates::{Arcs, COINCIDENT, Region, flipped};

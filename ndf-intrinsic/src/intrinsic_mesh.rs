@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use ndf_core::ManifoldMesh;
+use ndf_mesh::ManifoldMesh;
 use rayon::prelude::*;
 
 use crate::delta_complex::{DeltaComplex, TopologyError};
@@ -297,7 +297,7 @@ impl IntrinsicMesh {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
     use std::f64::consts::PI;
 
     #[test]
@@ -307,7 +307,7 @@ mod tests {
         assert_relative_eq!(intrinsic.total_area(), mesh.as_triangle_mesh().area(), max_relative = 1e-12);
         let defect: f64 = intrinsic.angle_sums().iter().map(|a| 2.0 * PI - a).sum();
         assert_relative_eq!(defect, 0.0, epsilon = 1e-9);
-        let quality = ndf_core::quality::Quality::of(&mesh);
+        let quality = ndf_mesh::quality::Quality::of(&mesh);
         assert_relative_eq!(intrinsic.delaunay_fraction(), quality.delaunay_fraction, epsilon = 1e-12);
     }
 

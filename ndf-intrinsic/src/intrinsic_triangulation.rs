@@ -1,7 +1,7 @@
 //! An intrinsic triangulation of a mesh: other triangles, the same surface.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{ManifoldMesh, SurfacePoint};
+use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
 use crate::delaunay::Quad;
 use crate::integer_coordinates::IntegerCoordinates;

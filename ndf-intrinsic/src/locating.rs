@@ -1,7 +1,7 @@
 //! From points of the intrinsic triangulation to points of the input.
 
-use ndf_core::SurfacePoint;
-use ndf_core::sampling::FaceSample;
+use ndf_mesh::SurfacePoint;
+use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::normal_coordinates::{Arcs, Region};

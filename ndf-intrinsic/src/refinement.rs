@@ -4,8 +4,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_core::SurfacePoint;
-use ndf_core::sampling::FaceSample;
+use ndf_mesh::SurfacePoint;
+use ndf_mesh::sampling::FaceSample;
 
 use crate::delaunay::{EdgeQueue, flip_to_delaunay};
 use crate::intrinsic_mesh::IntrinsicMesh;

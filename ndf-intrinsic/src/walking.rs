@@ -1,7 +1,7 @@
 //! Straight walks over an intrinsic mesh, and by them the way from the input to the intrinsic triangulation.
 
-use ndf_core::SurfacePoint;
-use ndf_core::sampling::FaceSample;
+use ndf_mesh::SurfacePoint;
+use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;

@@ -4,8 +4,8 @@
 mod common;
 
 use common::{random_edits, random_meshes, random_point, rng};
-use ndf_core::SurfacePoint;
 use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
+use ndf_mesh::SurfacePoint;
 use rand::RngExt;
 
 #[test]

@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests")]
 
-use ndf_core::field::FieldShape;
-use ndf_core::mesh::shapes;
-use ndf_core::{DisplacementField, ManifoldMesh, TriangleMesh};
 use ndf_intrinsic::{ExtractionError, ExtractionOptions, extract};
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_model::DisplacementField;
+use ndf_model::field::FieldShape;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -5,8 +5,8 @@ mod common;
 
 use common::signposts::Signposts;
 use common::{random_meshes, rng};
-use ndf_core::ManifoldMesh;
 use ndf_intrinsic::IntrinsicTriangulation;
+use ndf_mesh::ManifoldMesh;
 use rand::RngExt;
 
 /// Whether the two say the same of every edge. Returns the number of crossings.

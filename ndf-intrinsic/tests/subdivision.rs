@@ -5,8 +5,9 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{random_edits, random_meshes, rng};
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
+use ndf_core::DVec3;
 use ndf_intrinsic::{CommonSubdivision, IntrinsicTriangulation, RefinementOptions};
+use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
 fn area(p: [DVec3; 3]) -> f64 {
     0.5 * (p[1] - p[0]).cross(p[2] - p[0]).length()

@@ -3,13 +3,15 @@
 mod common;
 
 use common::{assert_lengths_agree, assert_sound, manifold, random_meshes, rng};
-use ndf_core::field::FieldShape;
-use ndf_core::mesh::shapes;
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_core::DVec3;
 use ndf_intrinsic::{
     ExtractionOptions, FlipError, InsertError, IntrinsicTriangulation, RefinementOptions, RemoveError,
     extract,
 };
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_model::DisplacementField;
+use ndf_model::field::FieldShape;
 use rand::RngExt;
 
 /// Flips, refines and subdivides; everything must hold afterwards.
@@ -236,7 +238,7 @@ fn sample_meshes_become_delaunay_and_reach_the_angle() {
     };
     for path in entries.map(|e| e.unwrap().path()) {
         let name = path.display();
-        let file = ndf_core::io::read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
+        let file = ndf_mesh::io::read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
         let mesh = ManifoldMesh::try_from(file.mesh).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
         let report = triangulation.flip_to_delaunay();

@@ -4,9 +4,10 @@
 use std::error::Error;
 use std::time::Instant;
 
-use ndf_core::io::{read_mesh, write_mesh};
-use ndf_core::mesh::repair;
-use ndf_core::{ManifoldMesh, NoProgress, ValidationReport};
+use ndf_core::NoProgress;
+use ndf_mesh::io::{read_mesh, write_mesh};
+use ndf_mesh::repair;
+use ndf_mesh::{ManifoldMesh, ValidationReport};
 use ndf_meshing::{BaseMeshOptions, FinalPassOptions, base_mesh_of_manifold, triangle_shape};
 
 #[allow(clippy::print_stdout)]

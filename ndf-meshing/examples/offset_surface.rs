@@ -4,11 +4,11 @@
 use std::error::Error;
 use std::time::Instant;
 
-use ndf_core::io::{read_mesh, write_mesh};
-use ndf_core::triangle_tree::TriangleTree;
 use ndf_core::{
-    BoundingBox, DVec3, Foot, Hint, Inside, Miss, NoProgress, Projection, Query, ScalarField, Surface,
+    BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, NoProgress, Projection, Query, Surface,
 };
+use ndf_mesh::io::{read_mesh, write_mesh};
+use ndf_mesh::triangle_tree::TriangleTree;
 use ndf_meshing::{BaseMeshOptions, MarchingCubesOptions, base_mesh};
 
 struct Offset {
@@ -29,12 +29,12 @@ impl Surface for Offset {
             });
         }
     }
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         Some(self)
     }
 }
 
-impl ScalarField for Offset {
+impl ImplicitField for Offset {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         let mut hint = Hint::NONE;
         for (&p, value) in points.iter().zip(values) {

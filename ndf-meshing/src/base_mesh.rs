@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use ndf_core::mesh::repair;
-use ndf_core::{ManifoldMesh, Progress, Surface};
+use ndf_core::{Progress, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::repair;
 
 use crate::decimation::{DecimationOptions, decimate};
 use crate::marching_cubes::{IsosurfaceError, MarchingCubesOptions, marching_cubes};
@@ -195,10 +196,9 @@ fn coarsen(
 mod tests {
     use super::*;
     use crate::test_surfaces::{Sphere, Torus};
-    use ndf_core::mesh::shapes;
-    use ndf_core::{
-        BoundingBox, DVec3, Inside, NoProgress, Projection, Query, ScalarField, ValidationReport,
-    };
+    use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, NoProgress, Projection, Query};
+    use ndf_mesh::ValidationReport;
+    use ndf_mesh::shapes;
 
     fn options(faces: usize, grid: u32) -> BaseMeshOptions {
         let marching_cubes = MarchingCubesOptions { grid, ..Default::default() };
@@ -239,12 +239,12 @@ mod tests {
         fn project(&self, queries: &[Query], feet: &mut [Projection]) {
             Sphere(1.0).project(queries, feet);
         }
-        fn as_field(&self) -> Option<&dyn ScalarField> {
+        fn as_field(&self) -> Option<&dyn ImplicitField> {
             Some(self)
         }
     }
 
-    impl ScalarField for Two {
+    impl ImplicitField for Two {
         fn values(&self, points: &[DVec3], values: &mut [f64]) {
             for (p, v) in points.iter().zip(values) {
                 *v = (p.length() - 1.0).min(p.distance(DVec3::X * 2.0) - 0.5);

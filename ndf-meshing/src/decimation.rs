@@ -7,8 +7,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_core::mesh::NO_HALFEDGE;
-use ndf_core::{DVec3, ManifoldMesh, Progress};
+use ndf_core::{DVec3, Progress};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::NO_HALFEDGE;
 
 use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
 use crate::quadric::Quadric;

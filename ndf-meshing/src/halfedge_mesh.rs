@@ -4,8 +4,9 @@
 //! next corner. The edits keep the mesh an oriented manifold if their conditions hold; they never move faces
 //! or vertices to other indices.
 
-use ndf_core::mesh::NO_HALFEDGE;
-use ndf_core::{DVec3, ManifoldMesh, TriangleMesh};
+use ndf_core::DVec3;
+use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
 
 /// Marks the corners of a face that is gone.
 const NO_VERTEX: u32 = u32::MAX;
@@ -298,7 +299,7 @@ impl HalfedgeMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
 
     /// Everything the structure promises, and that it is still the mesh a manifold is made of.
     fn check(mesh: &HalfedgeMesh) {

@@ -7,9 +7,10 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_core::mesh::NO_HALFEDGE;
 use ndf_core::projection::projected;
-use ndf_core::{DVec3, ManifoldMesh, Progress, Query, Surface};
+use ndf_core::{DVec3, Progress, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::NO_HALFEDGE;
 
 use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
 use crate::original::OriginalMesh;
@@ -215,8 +216,9 @@ mod tests {
     use super::*;
     use crate::test_surfaces::{Sphere, Torus};
     use crate::triangle_shape::smallest_angles;
-    use ndf_core::mesh::shapes;
-    use ndf_core::{NoProgress, TriangleMesh, ValidationReport};
+    use ndf_core::NoProgress;
+    use ndf_mesh::shapes;
+    use ndf_mesh::{TriangleMesh, ValidationReport};
 
     fn remeshed(shape: TriangleMesh, surface: Option<&dyn Surface>, edge_length: f64) -> [ManifoldMesh; 2] {
         let mesh = ManifoldMesh::try_from(shape).unwrap();

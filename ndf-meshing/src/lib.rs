@@ -1,6 +1,6 @@
 //! Base meshes: from a scalar field or a fine mesh to a coarse, well-shaped manifold close to it.
 //!
-//! [`marching_cubes()`] makes a manifold of the level set of any [`ScalarField`](ndf_core::ScalarField), [`decimate`]
+//! [`marching_cubes()`] makes a manifold of the level set of any [`ImplicitField`](ndf_core::ImplicitField), [`decimate`]
 //! leaves as many of its faces as are asked for, and [`improve`] mends their shapes. [`base_mesh()`] does all of it.
 //! [`remesh_isotropically`] makes meshes of one edge length, to compare with.
 

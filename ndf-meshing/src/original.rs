@@ -1,7 +1,8 @@
 //! A fine mesh as the surface its decimated version is fitted to.
 
-use ndf_core::triangle_tree::TriangleTree;
-use ndf_core::{BoundingBox, DVec3, Foot, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Miss, Projection, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::triangle_tree::TriangleTree;
 
 /// Closest points of a mesh. Where a query has a normal, the closest point on faces towards the same side, so
 /// that the two sides of a thin wall are told apart.

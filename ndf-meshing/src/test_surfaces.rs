@@ -1,6 +1,6 @@
 //! Surfaces with known answers for the tests.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Inside, Projection, Query, ScalarField, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Projection, Query, Surface};
 
 /// A sphere around the origin.
 pub(crate) struct Sphere(pub(crate) f64);
@@ -15,12 +15,12 @@ impl Surface for Sphere {
             *foot = Ok(Foot { point: normal * self.0, normal, hint: Hint::NONE });
         }
     }
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         Some(self)
     }
 }
 
-impl ScalarField for Sphere {
+impl ImplicitField for Sphere {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         points.iter().zip(values).for_each(|(p, v)| *v = p.length() - self.0);
     }
@@ -55,12 +55,12 @@ impl Surface for Torus {
             *foot = Ok(Foot { point: core + self.1 * normal, normal, hint: Hint::NONE });
         }
     }
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         Some(self)
     }
 }
 
-impl ScalarField for Torus {
+impl ImplicitField for Torus {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         for (p, v) in points.iter().zip(values) {
             *v = DVec3::new(p.truncate().length() - self.0, 0.0, p.z).length() - self.1;

@@ -1,6 +1,7 @@
 //! The shape of a triangle, and whether one may take the place of another.
 
-use ndf_core::{DVec3, ManifoldMesh};
+use ndf_core::DVec3;
+use ndf_mesh::ManifoldMesh;
 
 /// `(b − a) × (c − a)`: twice the area, along the normal.
 pub(crate) fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {

@@ -1,8 +1,8 @@
 //! The discrete Laplace–Beltrami operator `M⁻¹ L` of a surface.
 
 use nalgebra_sparse::CsrMatrix;
-use ndf_core::TriangleMesh;
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::TriangleMesh;
 
 use crate::components::Components;
 use crate::error::SpectralError;

@@ -59,9 +59,9 @@ fn mixed_voronoi_areas(sides: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use ndf_core::ManifoldMesh;
-    use ndf_core::mesh::shapes;
     use ndf_intrinsic::IntrinsicMesh;
+    use ndf_mesh::ManifoldMesh;
+    use ndf_mesh::shapes;
 
     #[test]
     fn every_mass_sums_to_the_area() {

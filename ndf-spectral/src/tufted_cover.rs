@@ -1,8 +1,8 @@
 //! The tufted cover (Sharp and Crane 2020, "A Laplacian for nonmanifold triangle meshes", §3.3): any set of
 //! triangles, doubled to two sides each and glued to a closed surface on which Delaunay flips are possible.
 
-use ndf_core::TriangleMesh;
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh, NO_HALFEDGE};
+use ndf_mesh::TriangleMesh;
 
 use crate::error::SpectralError;
 
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use glam::DVec3;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
 
     #[test]
     fn covers_are_closed_surfaces_of_twice_the_area() {

@@ -5,10 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
-use ndf_core::mesh::{TriangleMesh, repair};
 use ndf_core::progress::NoProgress;
-use ndf_core::{ManifoldMesh, io};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::{ManifoldMesh, io};
+use ndf_mesh::{TriangleMesh, repair};
 use ndf_spectral::laplacian::cotangent_laplacian;
 use ndf_spectral::mass::mass_matrix;
 use ndf_spectral::triangulation::Triangulation;

@@ -7,10 +7,10 @@ use std::f64::consts::{PI, TAU};
 use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
 use nalgebra_sparse::na::DMatrix;
-use ndf_core::ManifoldMesh;
-use ndf_core::mesh::{TriangleMesh, shapes};
 use ndf_core::progress::{NoProgress, Progress};
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{TriangleMesh, shapes};
 use ndf_spectral::{LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
 
 fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {

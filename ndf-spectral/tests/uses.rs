@@ -5,10 +5,10 @@
 use std::f64::consts::PI;
 
 use approx::assert_relative_eq;
-use ndf_core::ManifoldMesh;
-use ndf_core::mesh::shapes;
 use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions, ScreenedPoisson, SpectralDistance};
 
 /// The unit sphere: positions, operator, and modes up to degree five.

@@ -13,10 +13,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use ndf_core::io::read_mesh;
-use ndf_core::mesh::shapes;
-use ndf_core::sampling::AreaSampler;
-use ndf_core::{DVec3, TriangleMesh};
+use ndf_core::DVec3;
+use ndf_mesh::TriangleMesh;
+use ndf_mesh::io::read_mesh;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::shapes;
 use ndf_surfaces::PointWindingNumber;
 use ndf_surfaces::point_cloud::areas;
 use rand::RngExt;

@@ -8,10 +8,11 @@
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-use ndf_core::io::read_mesh;
-use ndf_core::mesh::shapes;
-use ndf_core::sampling::AreaSampler;
-use ndf_core::{DVec3, Projection, Query, ScalarField, Surface, TriangleMesh};
+use ndf_core::{DVec3, ImplicitField, Projection, Query, Surface};
+use ndf_mesh::TriangleMesh;
+use ndf_mesh::io::read_mesh;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::shapes;
 use ndf_surfaces::{MeshSurface, WindingNumber};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,6 @@
 //! Which level of a density is the surface, where nobody says.
 
-use ndf_core::{DVec3, ScalarField};
+use ndf_core::{DVec3, ImplicitField};
 use rayon::prelude::*;
 
 /// Points along each side of the box that are looked at.
@@ -15,7 +15,7 @@ const HALVINGS: f64 = 100.0;
 /// diagonal, or, where that is less, the one that parts the positive values best into two classes (Otsu's threshold of
 /// 1979 for their logarithms, at 64³ points). The former keeps to the outside of dense matter, the latter to what is
 /// dense in a field without any. 0 where no value is positive.
-pub fn density_level(field: &dyn ScalarField) -> f64 {
+pub fn density_level(field: &dyn ImplicitField) -> f64 {
     let bounds = field.bounds();
     let points: Vec<DVec3> = (0..GRID * GRID * GRID)
         .map(|k| {

@@ -1,9 +1,7 @@
 //! A triangle mesh as a surface, and as a signed distance field.
 
-use ndf_core::{
-    BoundingBox, ClosestPoint, DVec3, Foot, Hint, Inside, Miss, Projection, Query, ScalarField, Surface,
-    TriangleMesh, TriangleTree,
-};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, Projection, Query, Surface};
+use ndf_mesh::{ClosestPoint, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
 use crate::pseudonormals::Pseudonormals;
@@ -161,12 +159,12 @@ impl Surface for MeshSurface {
         (1e-9 * bounds.diagonal()).max(16.0 * f64::EPSILON * farthest)
     }
 
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         self.has_inside.then_some(self)
     }
 }
 
-impl ScalarField for MeshSurface {
+impl ImplicitField for MeshSurface {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         let mut hint = Hint::NONE;
         for (&p, value) in points.iter().zip(values) {
@@ -214,8 +212,8 @@ impl ScalarField for MeshSurface {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use ndf_core::mesh::shapes;
     use ndf_core::projection::projected;
+    use ndf_mesh::shapes;
 
     fn surface(mesh: TriangleMesh) -> MeshSurface {
         MeshSurface::new(&mesh).unwrap()

@@ -5,8 +5,9 @@
 //! normal inside a face, the sum of both face normals on an edge, the sum of the face normals weighted by their
 //! angles at a vertex.
 
-use ndf_core::mesh::repair;
-use ndf_core::{DVec3, TriangleMesh};
+use ndf_core::DVec3;
+use ndf_mesh::TriangleMesh;
+use ndf_mesh::repair;
 
 /// Barycentric coordinates up to this count as 0, so that rounding does not choose between an edge and the
 /// faces beside it.
@@ -110,7 +111,7 @@ impl Pseudonormals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
 
     #[test]
     fn a_cube_has_the_normals_of_its_symmetry() {

@@ -12,12 +12,13 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ndf_core::mesh::shapes;
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
 use ndf_train::{ReverseMap, Settings, Trainer};
 
-#[path = "../../ndf-core/benches/peak/mod.rs"]
+#[path = "../../ndf-network/benches/peak/mod.rs"]
 mod peak;
 #[path = "peers/tape.rs"]
 mod tape;

@@ -6,9 +6,10 @@
 use std::sync::Arc;
 
 use dfdx::prelude::*;
-use ndf_core::mesh::shapes;
 use ndf_core::progress::NoProgress;
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
 use ndf_train::{Hooks, Settings, Trainer, train};
 

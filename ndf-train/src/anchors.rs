@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use ndf_core::network::Packed;
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField, Hint, TriangleTree};
+use ndf_core::{DVec3, Hint};
+use ndf_mesh::TriangleTree;
+use ndf_mesh::sampling::FaceSample;
+use ndf_model::DisplacementField;
+use ndf_network::Packed;
 
 use crate::batch::Sample;
 use crate::objective::Objective;

@@ -1,9 +1,10 @@
 //! The base mesh of a run as its model will keep it, and what training needs of its faces.
 
-use ndf_core::model::StoredBase;
 use ndf_core::projection::projected;
-use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, ManifoldMesh, Query, Surface};
+use ndf_core::{DVec3, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_model::file::StoredBase;
 
 use crate::error::TrainError;
 use crate::settings::Settings;

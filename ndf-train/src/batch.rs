@@ -1,8 +1,9 @@
 //! The samples of an epoch and where their images come down on the surface.
 
 use ndf_core::projection::project_all;
-use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, Hint, Miss, Projection, Query, Similarity, Surface};
+use ndf_core::{DVec3, Hint, Miss, Projection, Query, Surface};
+use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_model::Similarity;
 
 use crate::origin::Origin;
 use crate::terms::Target;

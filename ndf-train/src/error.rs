@@ -1,6 +1,6 @@
 //! What can go wrong in training.
 
-use ndf_core::field::FieldError;
+use ndf_model::field::FieldError;
 
 /// Why training did not end well.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,9 @@
 
 use ndf_core::progress::Progress;
 use ndf_core::projection::projected;
-use ndf_core::{DisplacementField, ManifoldMesh, Query, Similarity, Surface};
+use ndf_core::{Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_model::{DisplacementField, Similarity};
 
 use crate::error::TrainError;
 use crate::settings::Settings;

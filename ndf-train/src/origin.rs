@@ -1,7 +1,9 @@
 //! Where images come from on the base mesh, as the reverse map begins there.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField, Hint, TriangleMesh, TriangleTree};
+use ndf_core::{DVec3, Hint};
+use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::{TriangleMesh, TriangleTree};
+use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
 use crate::batch::Sample;
@@ -81,9 +83,10 @@ impl Origin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::mesh::shapes;
-    use ndf_core::sampling::AreaSampler;
-    use ndf_core::{FieldShape, ManifoldMesh};
+    use ndf_mesh::ManifoldMesh;
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
+    use ndf_model::FieldShape;
 
     /// A smooth map that slides points along the sphere by up to a third of an edge.
     #[test]

@@ -1,8 +1,8 @@
 //! Learning numbers that will be stored on grids: losses see them rounded, and what is learned goes to the numbers behind
 //! them (the straight-through estimator; Bengio, Léonard & Courville 2013).
 
-use ndf_core::model::Grids;
-use ndf_core::network::Mlp;
+use ndf_model::file::Grids;
+use ndf_network::Mlp;
 
 /// Epochs, of the last of so many, in which numbers are rounded, where they are at all.
 pub(crate) fn rounded_epochs(epochs: usize, share: f32) -> usize {

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ndf_core::FieldShape;
-use ndf_core::model::Precision;
-use ndf_core::network::{MlpShape, encoding};
+use ndf_model::FieldShape;
+use ndf_model::file::Precision;
+use ndf_network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
 use crate::error::TrainError;

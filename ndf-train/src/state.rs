@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use ndf_core::io::atomic_write;
-use ndf_core::model::Grids;
-use ndf_core::network::Mlp;
-use ndf_core::{Hint, Model};
+use ndf_core::Hint;
+use ndf_mesh::io::atomic_write;
+use ndf_model::Model;
+use ndf_model::file::Grids;
+use ndf_network::Mlp;
 use serde::{Deserialize, Serialize};
 
 use crate::optimiser::Moments;

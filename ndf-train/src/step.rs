@@ -4,10 +4,10 @@
 //! accumulate per chunk. Samples come ordered by face, and a face belongs to one chunk: the gradients by the features
 //! are summed per corner of a face here, and per vertex by the optimiser.
 
-use ndf_core::field::SampleEncoding;
-use ndf_core::field::sample_encoding::add_scaled_row;
-use ndf_core::network::backward::InputGradient;
-use ndf_core::network::{
+use ndf_model::field::SampleEncoding;
+use ndf_model::field::sample_encoding::add_scaled_row;
+use ndf_network::backward::InputGradient;
+use ndf_network::{
     Activations, BLOCK, Gradients, Packed, backward, backward_tangent, forward, forward_tangent,
 };
 use pulp::{Simd, WithSimd};

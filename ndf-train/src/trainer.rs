@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ndf_core::field::{FieldError, SampleEncoding, sample_encoding};
-use ndf_core::model::{Grids, Precision, StoredBase};
-use ndf_core::network::{Mlp, Packed};
-use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{
-    DVec3, DisplacementField, ManifoldMesh, Model as ModelFile, Similarity, Surface, TriangleTree,
-};
+use ndf_core::{DVec3, Surface};
+use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_mesh::{ManifoldMesh, TriangleTree};
+use ndf_model::field::{FieldError, SampleEncoding, sample_encoding};
+use ndf_model::file::{Grids, Precision, StoredBase};
+use ndf_model::{DisplacementField, Model as ModelFile, Similarity};
+use ndf_network::{Mlp, Packed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 

@@ -1,8 +1,9 @@
 //! Training on a surface known by formula.
 
-use ndf_core::mesh::shapes;
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ManifoldMesh, Miss, Projection, Query, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
 use ndf_train::{Hooks, Settings, TrainError, Trainer, fit, train};
 
 /// A sphere of radius 2 around (5, 0, 0).
@@ -68,7 +69,7 @@ fn the_number_of_threads_and_the_run_change_no_bit() {
 
 #[test]
 fn odd_shapes_and_numbers_of_samples_train_too() {
-    use ndf_core::FieldShape;
+    use ndf_model::FieldShape;
     for field in [
         FieldShape { features: 0, octaves: 4, ..FieldShape::default() },
         FieldShape { features: 5, octaves: 1, hidden: vec![17], ..FieldShape::default() },

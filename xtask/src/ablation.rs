@@ -9,10 +9,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ndf_core::network::Activation;
+use ndf_core::Surface;
 use ndf_core::progress::NoProgress;
-use ndf_core::{ManifoldMesh, Surface, mesh::repair};
+use ndf_mesh::{ManifoldMesh, repair};
 use ndf_meshing::{BaseMeshOptions, MarchingCubesOptions, base_mesh_of_manifold, marching_cubes};
+use ndf_network::Activation;
 use ndf_surfaces::MeshSurface;
 use ndf_train::{FitReport, Hooks, LogRecord, ReverseMap, Settings, Trainer, train};
 use serde::{Deserialize, Serialize};
@@ -228,7 +229,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     for path in &options.mesh {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-        let file = ndf_core::io::read_mesh(path).map_err(|e| say(&e))?;
+        let file = ndf_mesh::io::read_mesh(path).map_err(|e| say(&e))?;
         let mesh = repair::mended(&file.mesh).map_err(|e| say(&e))?.mesh;
         let surface = MeshSurface::new(mesh.as_triangle_mesh()).map_err(|e| say(&e))?;
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };

@@ -7,16 +7,22 @@ use crate::shell::cargo;
 /// Every crate of the workspace and the workspace's crates it may use.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("ndf-core", &[]),
-    ("ndf-surfaces", &["ndf-core"]),
-    ("ndf-meshing", &["ndf-core"]),
-    ("ndf-train", &["ndf-core"]),
-    ("ndf-intrinsic", &["ndf-core"]),
-    ("ndf-spectral", &["ndf-core", "ndf-intrinsic"]),
-    ("ndf-geodesic", &["ndf-core", "ndf-intrinsic"]),
+    ("ndf-mesh", &["ndf-core"]),
+    ("ndf-network", &[]),
+    ("ndf-model", &["ndf-core", "ndf-mesh", "ndf-network"]),
+    ("ndf-surfaces", &["ndf-core", "ndf-mesh"]),
+    ("ndf-meshing", &["ndf-core", "ndf-mesh"]),
+    ("ndf-train", &["ndf-core", "ndf-mesh", "ndf-network", "ndf-model"]),
+    ("ndf-intrinsic", &["ndf-core", "ndf-mesh", "ndf-model"]),
+    ("ndf-spectral", &["ndf-core", "ndf-mesh", "ndf-intrinsic"]),
+    ("ndf-geodesic", &["ndf-core", "ndf-mesh", "ndf-intrinsic"]),
     (
         "ndf-cli",
         &[
             "ndf-core",
+            "ndf-mesh",
+            "ndf-network",
+            "ndf-model",
             "ndf-surfaces",
             "ndf-meshing",
             "ndf-train",
@@ -29,6 +35,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "xtask",
         &[
             "ndf-core",
+            "ndf-mesh",
+            "ndf-network",
+            "ndf-model",
             "ndf-surfaces",
             "ndf-meshing",
             "ndf-train",

@@ -10,11 +10,12 @@ use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options as ContextOptions};
 use ndf_cli::input::Reading;
 use ndf_cli::report::{Figure, Shot};
-use ndf_core::io::read_mesh;
-use ndf_core::metrics::{MeasureOptions, measure};
-use ndf_core::{ManifoldMesh, NoProgress, SurfacePoint, TriangleMesh};
+use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::read_mesh;
+use ndf_mesh::metrics::{MeasureOptions, measure};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_spectral::{ModeOptions, modes};
 
 use crate::performance::timed;

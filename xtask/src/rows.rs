@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use ndf_core::io::atomic_write;
+use ndf_mesh::io::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -8,7 +8,7 @@ use ndf_cli::commands::fit::{Job, fit_file};
 use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options};
 use ndf_cli::input::{BaseSource, Reading};
-use ndf_core::metrics::{MeasureOptions, measure};
+use ndf_mesh::metrics::{MeasureOptions, measure};
 
 use crate::document::replace_table;
 use crate::shell::root;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndf_core::Model;
-use ndf_core::io::{atomic_write, format_to_write, write_mesh};
-use ndf_core::model::{Precision, TensorsError};
+use ndf_mesh::io::{atomic_write, format_to_write, write_mesh};
+use ndf_model::Model;
+use ndf_model::file::{Precision, TensorsError};
 use serde_json::json;
 
 use super::extract::to_world;

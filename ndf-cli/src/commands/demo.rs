@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::{VertexScalars, atomic_write, write_mesh};
-use ndf_core::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
-use ndf_core::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
+use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_spectral::{ModeOptions, modes};
 use serde_json::json;
 

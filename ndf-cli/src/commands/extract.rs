@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::{format_to_write, write_mesh};
-use ndf_core::quality::Quality;
-use ndf_core::tessellation::tessellate;
-use ndf_core::{ManifoldMesh, Model, Similarity, ValidationReport};
+use ndf_intrinsic::extraction::tessellation::tessellate;
 use ndf_intrinsic::{Extraction, ExtractionOptions, ExtractionReport, extract};
+use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::quality::Quality;
+use ndf_mesh::{ManifoldMesh, ValidationReport};
+use ndf_model::{Model, Similarity};
 use serde_json::{Value, json};
 
 use crate::context::Context;

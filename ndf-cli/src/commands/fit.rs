@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::atomic_write;
-use ndf_core::model::StoredBase;
-use ndf_core::{DVec3, ManifoldMesh, Model, Surface};
+use ndf_core::{DVec3, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshOptions;
+use ndf_model::Model;
+use ndf_model::file::StoredBase;
 use ndf_train::{
     Checkpoint, CheckpointError, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, stored_base, train,
 };

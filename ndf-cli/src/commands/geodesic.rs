@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use ndf_core::io::{VertexScalars, format_to_write, write_mesh};
-use ndf_core::{DVec3, Hint, ManifoldMesh, SurfacePoint, TriangleTree};
+use ndf_core::{DVec3, Hint};
 use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, Path, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleTree};
 use serde_json::{Value, json};
 
 use crate::context::Context;

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf_core::io::MeshFile;
-use ndf_core::{ManifoldMesh, Model, TriangleMesh, ValidationReport};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::MeshFile;
+use ndf_mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+use ndf_model::Model;
 use serde_json::json;
 
 use crate::context::Context;
@@ -140,7 +141,7 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
     let sizes = model.section_sizes();
     let shape = field.shape();
     let names: Vec<&str> =
-        model.scalars.iter().flat_map(ndf_core::StoredScalars::channels).map(|c| c.name.as_str()).collect();
+        model.scalars.iter().flat_map(ndf_model::StoredScalars::channels).map(|c| c.name.as_str()).collect();
     let (center, scale) = (model.similarity.center(), model.similarity.scale());
     let json = json!({
         "kind": "model",
@@ -228,7 +229,7 @@ fn defects(report: &ValidationReport, volume: Option<f64>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::io::parse_mesh;
+    use ndf_mesh::io::parse_mesh;
     use std::path::Path;
 
     fn outcome(text: &str) -> Outcome {

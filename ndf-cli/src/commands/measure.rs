@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::metrics::{Distances, MeasureError, MeasureOptions, measure};
+use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
 use serde_json::{Value, json};
 
 use super::read_faces;

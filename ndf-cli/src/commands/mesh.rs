@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use ndf_core::ValidationReport;
-use ndf_core::io::{format_to_write, write_mesh};
+use ndf_mesh::ValidationReport;
+use ndf_mesh::io::{format_to_write, write_mesh};
 use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
 use serde_json::json;
 

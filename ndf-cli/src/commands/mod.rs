@@ -17,7 +17,7 @@ pub mod training;
 use std::path::Path;
 
 use clap::Subcommand;
-use ndf_core::io::{MeshFile, ReadError, read_mesh};
+use ndf_mesh::io::{MeshFile, ReadError, read_mesh};
 
 use crate::context::Context;
 use crate::input::begins_as_model;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::{MeshFile, atomic_write};
+use ndf_mesh::io::{MeshFile, atomic_write};
 use serde_json::json;
 
 use super::read_faces;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
-use ndf_core::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
-use ndf_core::{Model, StoredScalars};
+use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
+use ndf_model::{Model, StoredScalars};
 use ndf_train::scalars::{ScalarFit, ScalarReport, ScalarSettings, fit};
 use serde_json::{Value, json};
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::io::{VertexScalars, format_to_write, write_mesh};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions};
 use serde_json::json;
 

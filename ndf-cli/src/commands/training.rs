@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use ndf_core::model::Precision;
+use ndf_model::file::Precision;
 use ndf_train::{Schedule, Settings};
 
 use crate::input::Kind;

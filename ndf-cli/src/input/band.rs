@@ -1,7 +1,9 @@
 //! Cached copies of fields that are costly to evaluate.
 
-use ndf_core::sampling::AreaSampler;
-use ndf_core::{ManifoldMesh, Progress, Query, ScalarField, Similarity};
+use ndf_core::{ImplicitField, Progress, Query};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_model::Similarity;
 use ndf_surfaces::narrow_band::{Agreement, BandReport, agreement};
 use ndf_surfaces::{BandOptions, LevelSetSurface, NarrowBand};
 use serde_json::{Value, json};
@@ -15,7 +17,7 @@ const COMPARED: usize = 4096;
 /// A surface that is projected onto instead of an input while training.
 pub struct Band<'a> {
     /// The level set of the cached field.
-    pub surface: LevelSetSurface<NarrowBand<&'a dyn ScalarField>>,
+    pub surface: LevelSetSurface<NarrowBand<&'a dyn ImplicitField>>,
     /// Its figures.
     pub figures: BandFigures,
 }
@@ -50,7 +52,7 @@ impl Input {
         let report = *band.report();
         let surface = LevelSetSurface::new(band).with_search(search);
         let samples = AreaSampler::of_manifold(base).map_or(Vec::new(), |s| s.sample(COMPARED, 0, 0));
-        let query = |s: &ndf_core::sampling::FaceSample| {
+        let query = |s: &ndf_mesh::sampling::FaceSample| {
             let normal = mesh.face_normal(s.face).try_normalize();
             Query { normal, ..Query::at(s.position(mesh)) }
         };

@@ -1,6 +1,7 @@
 //! Base meshes of inputs.
 
-use ndf_core::{ManifoldMesh, Surface};
+use ndf_core::Surface;
+use ndf_mesh::ManifoldMesh;
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
 use serde_json::{Value, json};
 

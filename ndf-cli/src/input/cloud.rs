@@ -1,7 +1,7 @@
 //! Point clouds, with normals and without.
 
 use ndf_core::Surface;
-use ndf_core::io::parse_mesh;
+use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
     CloudFile, Neighbours, OrientedCloud, PointCloud, WindingFieldOptions, agreement_of_normals, parse_cloud,
     sniff, unoriented_cloud,

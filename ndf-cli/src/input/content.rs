@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use ndf_core::Model;
-use ndf_core::model::ModelError;
+use ndf_model::Model;
+use ndf_model::file::ModelError;
 
 use crate::output::Failure;
 

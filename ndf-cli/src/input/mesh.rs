@@ -1,8 +1,8 @@
 //! Triangle meshes of any quality.
 
 use ndf_core::Surface;
-use ndf_core::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
-use ndf_core::mesh::repair;
+use ndf_mesh::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
+use ndf_mesh::repair;
 use ndf_surfaces::MeshSurface;
 
 use super::{BaseSource, Content, Family, Input, Kind, Reading};

@@ -16,8 +16,10 @@ mod splats;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndf_core::{Model, Progress, Surface, TriangleMesh};
+use ndf_core::{Progress, Surface};
+use ndf_mesh::TriangleMesh;
 use ndf_meshing::{MarchingCubesOptions, marching_cubes};
+use ndf_model::Model;
 use ndf_surfaces::LevelSearch;
 
 pub use band::{Band, BandFigures};

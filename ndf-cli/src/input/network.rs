@@ -1,6 +1,6 @@
 //! Neural fields: checkpoints of networks.
 
-use ndf_core::{Inside, ScalarField};
+use ndf_core::{ImplicitField, Inside};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
 use ndf_surfaces::tensors::{TensorFile, is_tensor_file};

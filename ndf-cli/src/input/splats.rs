@@ -1,6 +1,6 @@
 //! Gaussian splats.
 
-use ndf_core::ScalarField;
+use ndf_core::ImplicitField;
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::splats::{DensityOptions, SplatDensity, SplatFormat, parse_splats, splat_format};
 use serde_json::json;

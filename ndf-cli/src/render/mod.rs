@@ -20,7 +20,8 @@ pub use colour_map::{ColourMap, Legend};
 pub use export::{exr_bytes, png_bytes};
 pub use legend::{strip_width, with_legend};
 
-use ndf_core::{DVec3, Progress, RayHit, TriangleMesh, TriangleTree};
+use ndf_core::{DVec3, Progress};
+use ndf_mesh::{RayHit, TriangleMesh, TriangleTree};
 use rayon::prelude::*;
 
 use lighting::Lighting;

@@ -1,6 +1,7 @@
 //! Normals that are smooth across soft edges and break at sharp ones.
 
-use ndf_core::{DVec3, TriangleMesh};
+use ndf_core::DVec3;
+use ndf_mesh::TriangleMesh;
 
 /// Faces meeting at a larger angle than this are not smoothed into each other.
 const CREASE_DEGREES: f64 = 38.0;

@@ -1,5 +1,5 @@
 use ndf_core::NoProgress;
-use ndf_core::mesh::shapes;
+use ndf_mesh::shapes;
 
 use super::*;
 

@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use ndf_core::Model;
-use ndf_core::sampling::FaceSample;
+use ndf_mesh::sampling::FaceSample;
+use ndf_model::Model;
 
 use super::{Folder, ndf};
 

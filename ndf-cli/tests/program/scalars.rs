@@ -1,6 +1,6 @@
 //! Scalars stored in models.
 
-use ndf_core::io::read_mesh;
+use ndf_mesh::io::read_mesh;
 use serde_json::Value;
 
 use super::{Folder, Run, ndf};

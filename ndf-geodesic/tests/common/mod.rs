@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use ndf_core::TriangleMesh;
+use ndf_mesh::TriangleMesh;
 
 /// Every face split into four by its edges' midpoints: the same surface with many flat vertices.
 pub(crate) fn subdivided(mesh: &TriangleMesh) -> TriangleMesh {

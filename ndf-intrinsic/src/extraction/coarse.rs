@@ -1,7 +1,8 @@
 //! Rounds of splits over the base mesh, in integer coordinates.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DisplacementField, SurfacePoint};
+use ndf_mesh::SurfacePoint;
+use ndf_mesh::sampling::FaceSample;
+use ndf_model::DisplacementField;
 
 use super::chords::flip_towards_delaunay;
 use super::map;

@@ -21,9 +21,12 @@ mod relax;
 mod report;
 mod subdivide;
 mod templates;
+pub mod tessellation;
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh, TriangleMesh};
+use ndf_core::DVec3;
+use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
 pub use report::ExtractionReport;

@@ -1,7 +1,9 @@
 //! Tangential relaxation: vertices slide over the base mesh towards the centres of their stars.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField, ManifoldMesh};
+use ndf_core::DVec3;
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::FaceSample;
+use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
 use super::{ExtractionError, Surface, Work, map};

@@ -1,7 +1,8 @@
 //! What is true of an extracted mesh, computed from it.
 
-use ndf_core::quality::{Quality, SmallestAngles, Spread};
-use ndf_core::{DisplacementField, ManifoldMesh};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
+use ndf_model::DisplacementField;
 
 use super::Work;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};

@@ -4,8 +4,9 @@
 //! followed over Ω′, since the middle of two points of a coarse face lies in that face. All that a thread needs
 //! to know of other faces is whether they halve a side as well, and that is a matter of the side alone.
 
-use ndf_core::sampling::FaceSample;
-use ndf_core::{DVec3, DisplacementField};
+use ndf_core::DVec3;
+use ndf_mesh::sampling::FaceSample;
+use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
 use super::curve::curve_order;

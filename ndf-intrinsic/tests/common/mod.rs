@@ -6,10 +6,11 @@ pub(crate) mod signposts;
 
 use std::collections::BTreeMap;
 
-use ndf_core::mesh::shapes;
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicTriangulation;
 use ndf_intrinsic::normal_coordinates::Arcs;
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

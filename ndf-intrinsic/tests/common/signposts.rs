@@ -2,7 +2,8 @@
 //! angle in the tangent plane of its tail (Sharp, Soliman and Crane 2019, §3). No integers, no normal coordinates:
 //! where an edge runs over the input is found by walking from its tail by its angle and length, in space.
 
-use ndf_core::{DVec3, ManifoldMesh};
+use ndf_core::DVec3;
+use ndf_mesh::ManifoldMesh;
 
 /// Directions at the vertices of an input mesh, and an intrinsic triangulation of it that follows flips.
 pub(crate) struct Signposts<'m> {

@@ -1,9 +1,10 @@
 use std::path::PathBuf;
 
-use ndf_core::mesh::{repair, shapes};
-use ndf_core::sampling::AreaSampler;
-use ndf_core::triangle_tree::TriangleTree;
-use ndf_core::{Hint, NoProgress, TriangleMesh, ValidationReport};
+use ndf_core::{Hint, NoProgress};
+use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::triangle_tree::TriangleTree;
+use ndf_mesh::{TriangleMesh, ValidationReport};
+use ndf_mesh::{repair, shapes};
 
 use super::*;
 
@@ -145,7 +146,7 @@ fn scanned_meshes_keep_topology_and_stay_close() {
             println!("skipped: {} is not there (optional data folder, see NDF_DATA)", path.display());
             continue;
         }
-        let read = ndf_core::io::read_mesh(&path).unwrap().mesh;
+        let read = ndf_mesh::io::read_mesh(&path).unwrap().mesh;
         let fine = manifold(repair::without_unreferenced_vertices(&read).0);
         let coarse = decimated(&fine, 4000);
         assert!(coarse.reached, "{name}");

@@ -1,6 +1,6 @@
 //! The grid of corners a field is sampled on.
 
-use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 use rayon::prelude::*;
 
 /// Points handed to a field at a time.
@@ -36,13 +36,13 @@ impl Grid {
 /// A field seen so that zero is the level and inside is above it.
 #[derive(Clone, Copy)]
 pub(crate) struct Oriented<'a> {
-    pub(crate) field: &'a dyn ScalarField,
+    pub(crate) field: &'a dyn ImplicitField,
     level: f64,
     sign: f64,
 }
 
 impl<'a> Oriented<'a> {
-    pub(crate) fn new(field: &'a dyn ScalarField) -> Self {
+    pub(crate) fn new(field: &'a dyn ImplicitField) -> Self {
         let sign = match field.inside() {
             Inside::Below => -1.0,
             Inside::Above => 1.0,

@@ -12,7 +12,8 @@ mod slab;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::{BoundingBox, ManifoldMesh, Progress, ScalarField, TriangleMesh};
+use ndf_core::{BoundingBox, ImplicitField, Progress};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
 
 use active::{ActiveBlocks, SLAB};
 use grid::{Grid, Oriented};
@@ -89,14 +90,14 @@ pub enum IsosurfaceError {
 /// outside, and so is NaN (a vertex between NaN and the inside is found by bisection). Vertices keep 10⁻⁴ of a cell
 /// away from corners, so that no face is without area. The mesh does not depend on the number of threads.
 ///
-/// If the field has a [Lipschitz bound](ScalarField::lipschitz), only blocks that can be crossed are sampled:
+/// If the field has a [Lipschitz bound](ImplicitField::lipschitz), only blocks that can be crossed are sampled:
 /// of the order of `grid²` points; otherwise all `grid³` are. Memory: 42 bytes a corner of 8 layers, and the
 /// mesh.
 ///
 /// # Errors
 /// See [`IsosurfaceError`].
 pub fn marching_cubes(
-    field: &dyn ScalarField,
+    field: &dyn ImplicitField,
     options: &MarchingCubesOptions,
     progress: &dyn Progress,
 ) -> Result<Isosurface, IsosurfaceError> {

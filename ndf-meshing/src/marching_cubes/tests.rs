@@ -1,4 +1,5 @@
-use ndf_core::{BoundingBox, DVec3, Inside, NoProgress, ScalarField, ValidationReport};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, NoProgress};
+use ndf_mesh::ValidationReport;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -19,7 +20,7 @@ impl<F: Fn(DVec3) -> f64 + Send + Sync> Formula<F> {
     }
 }
 
-impl<F: Fn(DVec3) -> f64 + Send + Sync> ScalarField for Formula<F> {
+impl<F: Fn(DVec3) -> f64 + Send + Sync> ImplicitField for Formula<F> {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         points.iter().zip(values).for_each(|(&p, v)| *v = (self.value)(p));
     }
@@ -37,7 +38,7 @@ impl<F: Fn(DVec3) -> f64 + Send + Sync> ScalarField for Formula<F> {
     }
 }
 
-fn mesh_of(field: &dyn ScalarField, grid: u32) -> Isosurface {
+fn mesh_of(field: &dyn ImplicitField, grid: u32) -> Isosurface {
     marching_cubes(field, &MarchingCubesOptions { grid, ..Default::default() }, &NoProgress).unwrap()
 }
 
@@ -191,7 +192,8 @@ fn thread_counts_change_nothing() {
 fn errors_say_what_is_wrong() {
     let options = |grid| MarchingCubesOptions { grid, ..Default::default() };
     let far = Formula::new(1.0, |p: DVec3| p.length() + 1.0);
-    let run = |field: &dyn ScalarField, grid| marching_cubes(field, &options(grid), &NoProgress).unwrap_err();
+    let run =
+        |field: &dyn ImplicitField, grid| marching_cubes(field, &options(grid), &NoProgress).unwrap_err();
     assert!(matches!(run(&far, 8), IsosurfaceError::NoCrossing { .. }));
     assert_eq!(run(&far, 0), IsosurfaceError::GridSize(0));
     assert!(run(&far, 100_000).to_string().contains("100000 cells"));

@@ -6,8 +6,8 @@
 //! their feet on the mesh: without them nothing would hold the mesh at the tips of thin parts.
 
 use ndf_core::projection::projected;
-use ndf_core::triangle_tree::TriangleTree;
 use ndf_core::{DVec3, Hint, Query, Surface};
+use ndf_mesh::triangle_tree::TriangleTree;
 use rayon::prelude::*;
 
 use super::{SurfacePointNormal, Target, quality_around};

@@ -10,8 +10,9 @@ mod relaxation;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::sampling::{AreaSampler, FaceSample};
-use ndf_core::{DVec3, ManifoldMesh, Progress, Surface};
+use ndf_core::{DVec3, Progress, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::{AreaSampler, FaceSample};
 
 use crate::halfedge_mesh::{HalfedgeMesh, previous};
 use crate::triangle_shape::{agree, cross, quality};

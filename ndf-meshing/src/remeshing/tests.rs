@@ -1,12 +1,13 @@
-use ndf_core::mesh::shapes;
-use ndf_core::{DVec3, ManifoldMesh, NoProgress, Surface, ValidationReport};
+use ndf_core::{DVec3, NoProgress, Surface};
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, ValidationReport};
 
 use super::*;
 use crate::decimation::{DecimationOptions, decimate};
 use crate::test_surfaces::{Sphere, Torus};
 use crate::triangle_shape::smallest_angles;
 
-fn coarse(shape: ndf_core::TriangleMesh, faces: usize) -> ManifoldMesh {
+fn coarse(shape: ndf_mesh::TriangleMesh, faces: usize) -> ManifoldMesh {
     let fine = ManifoldMesh::try_from(shape).unwrap();
     decimate(&fine, &DecimationOptions::to_faces(faces), &NoProgress).mesh
 }

@@ -1,6 +1,6 @@
 //! From a crossing of the level to the point of the level set closest to the query.
 
-use ndf_core::{DVec3, Miss, ScalarField};
+use ndf_core::{DVec3, ImplicitField, Miss};
 
 use super::LevelSearch;
 use super::line_search::{Line, converge};
@@ -94,7 +94,7 @@ impl Polish {
 }
 
 /// Finds the closest points, or else the exact crossings of the lines.
-pub(super) fn polish<F: ScalarField>(side: &Side<'_, F>, all: &mut [Polish], options: &LevelSearch) {
+pub(super) fn polish<F: ImplicitField>(side: &Side<'_, F>, all: &mut [Polish], options: &LevelSearch) {
     for round in 0..=options.polish + RETURNS {
         let mut moving: Vec<&mut Polish> =
             all.iter_mut().filter(|polish| matches!(polish.state, State::Moving)).collect();

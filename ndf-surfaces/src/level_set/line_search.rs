@@ -1,6 +1,6 @@
 //! Where a line crosses the level: first a bracket, then the crossing in it.
 
-use ndf_core::{DVec3, ScalarField};
+use ndf_core::{DVec3, ImplicitField};
 
 use super::LevelSearch;
 use super::side::{Side, is_inside};
@@ -134,7 +134,11 @@ fn chord_share(inner: f64, outer: f64) -> f64 {
 }
 
 /// Brackets the crossings of all lines and narrows the brackets; lines without a crossing in reach are left without.
-pub(super) fn search<F: ScalarField>(side: &Side<'_, F>, lines: &mut [Option<Line>], options: &LevelSearch) {
+pub(super) fn search<F: ImplicitField>(
+    side: &Side<'_, F>,
+    lines: &mut [Option<Line>],
+    options: &LevelSearch,
+) {
     let lipschitz = side.lipschitz();
     let mut open: Vec<&mut Line> = lines.iter_mut().flatten().collect();
     while !open.is_empty() {
@@ -150,7 +154,7 @@ pub(super) fn search<F: ScalarField>(side: &Side<'_, F>, lines: &mut [Option<Lin
 }
 
 /// Narrows brackets until they are shorter than the tolerance.
-pub(super) fn converge<'a, F: ScalarField>(
+pub(super) fn converge<'a, F: ImplicitField>(
     side: &Side<'_, F>,
     lines: impl Iterator<Item = &'a mut Line>,
     options: &LevelSearch,
@@ -160,7 +164,7 @@ pub(super) fn converge<'a, F: ScalarField>(
 
 /// Chords and bisection in turn: the former find where the field is nearly linear, the latter bounds the looks where
 /// it is not. Ends where an end is as low as `small` of the bracket's height, or both ends are within `tolerance`.
-fn narrow<'a, F: ScalarField>(
+fn narrow<'a, F: ImplicitField>(
     side: &Side<'_, F>,
     lines: impl Iterator<Item = &'a mut Line>,
     looks: u32,

@@ -10,7 +10,7 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, ScalarField, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Miss, Projection, Query, Surface};
 
 use closest_point::Polish;
 use line_search::{Line, search};
@@ -25,7 +25,7 @@ pub struct LevelSearch {
     /// thickest wall that a point which has strayed through it is led back across.
     pub guide_reach: f64,
     /// The longest step of the search along a line: what is thinner may be jumped over. A field with a
-    /// [Lipschitz bound](ScalarField::lipschitz) is stepped through faster where the bound allows it.
+    /// [Lipschitz bound](ImplicitField::lipschitz) is stepped through faster where the bound allows it.
     pub step: f64,
     /// How far a foot may be from the level.
     pub tolerance: f64,
@@ -70,7 +70,7 @@ pub struct LevelSetSurface<F> {
     search: LevelSearch,
 }
 
-impl<F: ScalarField> LevelSetSurface<F> {
+impl<F: ImplicitField> LevelSetSurface<F> {
     /// The level set of a field, searched as is usual [within its bounds](LevelSearch::within).
     pub fn new(field: F) -> Self {
         let search = LevelSearch::within(&field.bounds());
@@ -150,7 +150,7 @@ impl<F: ScalarField> LevelSetSurface<F> {
     }
 }
 
-impl<F: ScalarField> Surface for LevelSetSurface<F> {
+impl<F: ImplicitField> Surface for LevelSetSurface<F> {
     fn bounds(&self) -> BoundingBox {
         self.field.bounds()
     }
@@ -212,7 +212,7 @@ impl<F: ScalarField> Surface for LevelSetSurface<F> {
         self.search.tolerance
     }
 
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         Some(&self.field)
     }
 }

@@ -1,6 +1,6 @@
 //! A field seen as a height above its level, positive outside.
 
-use ndf_core::{DVec3, Inside, ScalarField};
+use ndf_core::{DVec3, ImplicitField, Inside};
 
 /// The field, shifted and turned so that zero is the level, the outside is positive and gradients point outward.
 pub(super) struct Side<'a, F> {
@@ -9,7 +9,7 @@ pub(super) struct Side<'a, F> {
     sign: f64,
 }
 
-impl<'a, F: ScalarField> Side<'a, F> {
+impl<'a, F: ImplicitField> Side<'a, F> {
     pub(super) fn of(field: &'a F) -> Self {
         let sign = match field.inside() {
             Inside::Below => 1.0,

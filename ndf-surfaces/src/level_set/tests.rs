@@ -23,7 +23,7 @@ impl Torus {
     }
 }
 
-impl ScalarField for Torus {
+impl ImplicitField for Torus {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         points.iter().zip(values).for_each(|(&p, v)| *v = (self.shape)(self.signed_distance(p)));
     }
@@ -61,7 +61,7 @@ ndf_core::surface_conformance!(signed_distance, distance());
 ndf_core::surface_conformance!(steep_density, density());
 ndf_core::surface_conformance!(
     boxed_field,
-    LevelSetSurface::new(Box::new(*distance().field()) as Box<dyn ScalarField>)
+    LevelSetSurface::new(Box::new(*distance().field()) as Box<dyn ImplicitField>)
 );
 
 /// Points at most `away` off the torus, with guides up to some 25° from the normals.
@@ -117,7 +117,7 @@ fn fields_without_gradients_are_crossed_along_guides() {
 fn guides_tell_the_sides_of_a_wall_apart() {
     /// The slab |z| < 0.01.
     struct Slab;
-    impl ScalarField for Slab {
+    impl ImplicitField for Slab {
         fn values(&self, points: &[DVec3], values: &mut [f64]) {
             points.iter().zip(values).for_each(|(p, v)| *v = p.z.abs() - 0.01);
         }
@@ -149,7 +149,7 @@ fn guides_tell_the_sides_of_a_wall_apart() {
 fn levels_far_along_the_guide_yield_to_nearer_ones() {
     /// A floor and a wall: z < 0 and x > 0.05 are inside.
     struct Corner;
-    impl ScalarField for Corner {
+    impl ImplicitField for Corner {
         fn values(&self, points: &[DVec3], values: &mut [f64]) {
             points.iter().zip(values).for_each(|(p, v)| *v = p.z.min(0.05 - p.x));
         }

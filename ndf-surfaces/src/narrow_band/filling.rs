@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use ndf_core::{DVec3, Progress, ScalarField, TriangleMesh};
+use ndf_core::{DVec3, ImplicitField, Progress};
+use ndf_mesh::TriangleMesh;
 use rayon::prelude::*;
 
 use super::cubic::Cubic;
@@ -47,7 +48,7 @@ impl NarrowBand<()> {
     }
 }
 
-impl<'a, F: ScalarField> Filling<'a, F> {
+impl<'a, F: ImplicitField> Filling<'a, F> {
     /// Nothing sampled yet; roots for all the largest cubes near the mesh.
     pub(super) fn new(field: &'a F, mesh: &TriangleMesh, options: &BandOptions) -> Result<Self, BandError> {
         let side = options.coarsest;

@@ -10,7 +10,8 @@ mod filling;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::{BoundingBox, DVec3, Inside, Progress, ScalarField, TriangleMesh};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, Progress};
+use ndf_mesh::TriangleMesh;
 
 pub use agreement::{Agreement, agreement};
 use cubic::Cubic;
@@ -94,7 +95,7 @@ pub struct NarrowBand<F> {
     report: BandReport,
 }
 
-impl<F: ScalarField> NarrowBand<F> {
+impl<F: ImplicitField> NarrowBand<F> {
     /// Samples the field around a mesh, over all threads. The result does not depend on their number.
     ///
     /// # Errors
@@ -154,7 +155,7 @@ impl<F: ScalarField> NarrowBand<F> {
     }
 }
 
-impl<F: ScalarField> ScalarField for NarrowBand<F> {
+impl<F: ImplicitField> ImplicitField for NarrowBand<F> {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         let outside = self.split(points, |i, cube, local| {
             values[i] = cube.value(local);

@@ -2,8 +2,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::LevelSetSurface;
-use ndf_core::mesh::shapes;
 use ndf_core::{Hint, NoProgress, Query};
+use ndf_mesh::shapes;
 
 /// A wavy torus that counts how often it is asked.
 #[derive(Default)]
@@ -11,7 +11,7 @@ struct Wavy {
     values: AtomicUsize,
 }
 
-impl ScalarField for Wavy {
+impl ImplicitField for Wavy {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         self.values.fetch_add(points.len(), Ordering::Relaxed);
         for (p, v) in points.iter().zip(values) {
@@ -105,7 +105,7 @@ fn cubes_stay_below_the_most() {
 #[test]
 fn values_that_are_not_finite_are_left_to_the_field() {
     struct Half;
-    impl ScalarField for Half {
+    impl ImplicitField for Half {
         fn values(&self, points: &[DVec3], values: &mut [f64]) {
             points.iter().zip(values).for_each(|(p, v)| *v = if p.x < 0.2 { p.z } else { f64::NAN });
         }

@@ -1,6 +1,6 @@
 //! A network as a scalar field.
 
-use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
 use super::graph::Graph;
 use super::layouts::{LayoutError, Recognised, siren_of_flat_file};
@@ -107,7 +107,7 @@ impl NeuralField {
     }
 }
 
-impl ScalarField for NeuralField {
+impl ImplicitField for NeuralField {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         self.graph.evaluate(points, values, None);
     }

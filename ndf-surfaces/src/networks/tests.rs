@@ -1,6 +1,6 @@
 //! Networks against the authors' values, and gradients against differences.
 
-use ndf_core::{BoundingBox, DVec3, Inside, Query, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, Query};
 
 use super::samples::snapshot_of_a_half_space;
 use super::*;

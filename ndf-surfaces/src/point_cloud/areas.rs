@@ -63,8 +63,8 @@ fn clipped(polygon: &[[f64; 2]], x: f64, y: f64) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndf_core::mesh::shapes;
-    use ndf_core::sampling::AreaSampler;
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
 
     #[test]
     fn areas_add_up_to_that_of_the_surface() {

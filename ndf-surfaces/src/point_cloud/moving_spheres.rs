@@ -270,8 +270,8 @@ mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
     use ndf_core::projection::projected;
-    use ndf_core::sampling::AreaSampler;
-    use ndf_core::{TriangleMesh, mesh::shapes};
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::{TriangleMesh, shapes};
     use std::sync::LazyLock;
 
     fn spheres_of(positions: Vec<DVec3>, normals: Vec<DVec3>) -> MovingSpheres {
@@ -285,7 +285,7 @@ mod tests {
         let samples = AreaSampler::new(mesh).unwrap().sample(count, 13, 0);
         let normals: Vec<DVec3> = samples.iter().map(|s| mesh.face_normal(s.face)).collect();
         let uniform = |i: usize| 12.0_f64.sqrt() * ((i as f64 * 0.754_877_666).fract() - 0.5);
-        let place = |(i, s): (usize, &ndf_core::sampling::FaceSample)| {
+        let place = |(i, s): (usize, &ndf_mesh::sampling::FaceSample)| {
             s.position(mesh) + noise * uniform(i) * normals[i]
         };
         spheres_of(samples.iter().enumerate().map(place).collect(), normals.clone())

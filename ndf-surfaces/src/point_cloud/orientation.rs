@@ -96,11 +96,11 @@ fn stepped(positions: &[DVec3], mut moments: Vec<DVec3>, radius: f64) -> Vec<DVe
 mod tests {
     use super::*;
     use ndf_core::NoProgress;
-    use ndf_core::mesh::shapes;
-    use ndf_core::sampling::AreaSampler;
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
 
     /// The share of points of a shape whose normals come out on the right side.
-    fn right_share(mesh: &ndf_core::TriangleMesh, count: usize, noise: f64) -> f64 {
+    fn right_share(mesh: &ndf_mesh::TriangleMesh, count: usize, noise: f64) -> f64 {
         let samples = AreaSampler::new(mesh).unwrap().sample(count, 11, 0);
         let truth: Vec<DVec3> = samples.iter().map(|s| mesh.face_normal(s.face)).collect();
         let uniform = |i: usize| (i as f64 * 0.754_877_666).fract() - 0.5;

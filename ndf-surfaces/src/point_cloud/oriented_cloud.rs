@@ -1,6 +1,6 @@
 //! The surface of a cloud with normals.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Miss, Projection, Query, ScalarField, Surface};
+use ndf_core::{BoundingBox, DVec3, Foot, ImplicitField, Miss, Projection, Query, Surface};
 
 use super::cleaning::PointCloud;
 use super::neighbours::{Neighbour, Neighbours};
@@ -109,7 +109,7 @@ impl Surface for OrientedCloud {
         self.level_set.tolerance()
     }
 
-    fn as_field(&self) -> Option<&dyn ScalarField> {
+    fn as_field(&self) -> Option<&dyn ImplicitField> {
         self.level_set.as_field()
     }
 }
@@ -118,10 +118,10 @@ impl Surface for OrientedCloud {
 mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
-    use ndf_core::mesh::shapes;
     use ndf_core::projection::projected;
-    use ndf_core::sampling::{AreaSampler, FaceSample};
-    use ndf_core::{TriangleMesh, TriangleTree};
+    use ndf_mesh::sampling::{AreaSampler, FaceSample};
+    use ndf_mesh::shapes;
+    use ndf_mesh::{TriangleMesh, TriangleTree};
     use std::sync::LazyLock;
 
     fn cloud(mesh: &TriangleMesh, count: usize, sign: f64) -> PointCloud {

@@ -63,9 +63,9 @@ pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<U
 mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
-    use ndf_core::mesh::shapes;
-    use ndf_core::sampling::AreaSampler;
     use ndf_core::{DVec3, NoProgress};
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
     use std::sync::LazyLock;
 
     static KNOT: LazyLock<UnorientedCloud> = LazyLock::new(|| {

@@ -1,6 +1,6 @@
 //! The winding number of a cloud as a scalar field.
 
-use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
 use super::areas::areas;
 use super::cleaning::PointCloud;
@@ -79,7 +79,7 @@ impl WindingField {
     }
 }
 
-impl ScalarField for WindingField {
+impl ImplicitField for WindingField {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         for (&p, value) in points.iter().zip(values) {
             *value = self.winding.at(p);

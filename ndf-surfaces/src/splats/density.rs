@@ -1,7 +1,7 @@
 //! The density of splats as a scalar field.
 
-use ndf_core::hierarchy::{Child, Hierarchy};
-use ndf_core::{BoundingBox, DVec3, Inside, ScalarField};
+use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
+use ndf_mesh::hierarchy::{Child, Hierarchy};
 use rayon::prelude::*;
 
 use super::Splat;
@@ -288,7 +288,7 @@ fn gaussian(splat: &Splat, least: f64) -> (Gaussian, BoundingBox) {
     (Gaussian { center, inverse, opacity: splat.opacity }, bounds)
 }
 
-impl ScalarField for SplatDensity {
+impl ImplicitField for SplatDensity {
     fn values(&self, points: &[DVec3], values: &mut [f64]) {
         points.iter().zip(values).for_each(|(&p, v)| *v = self.at(p));
     }

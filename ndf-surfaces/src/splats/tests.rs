@@ -3,8 +3,9 @@
 use super::*;
 use crate::LevelSetSurface;
 use crate::test_data::data_file;
-use ndf_core::mesh::shapes;
-use ndf_core::{ScalarField, TriangleTree};
+use ndf_core::ImplicitField;
+use ndf_mesh::TriangleTree;
+use ndf_mesh::shapes;
 
 fn real(name: &str) -> Option<(SplatFormat, Vec<Splat>)> {
     let bytes = data_file(&format!("splat/{name}"))?;
@@ -155,7 +156,7 @@ fn formats_agree_with_one_another() {
 fn neighbours(splats: &[Splat]) -> TriangleTree {
     let points: Vec<DVec3> = splats.iter().map(|s| DVec3::from_array(s.center.map(f64::from))).collect();
     let faces = (0..points.len() as u32).map(|i| [i; 3]).collect();
-    TriangleTree::new(&ndf_core::TriangleMesh::new(points, faces).unwrap())
+    TriangleTree::new(&ndf_mesh::TriangleMesh::new(points, faces).unwrap())
 }
 
 fn closest(tree: &TriangleTree, splat: &Splat) -> Option<usize> {

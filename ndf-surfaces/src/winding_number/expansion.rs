@@ -6,7 +6,7 @@
 //! them.
 
 use ndf_core::DVec3;
-use ndf_core::hierarchy::WIDTH;
+use ndf_mesh::hierarchy::WIDTH;
 
 /// How many radii away sources are replaced by their expansion.
 pub(super) const BETA: f64 = 2.0;

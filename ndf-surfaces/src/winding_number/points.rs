@@ -221,8 +221,8 @@ fn kernel(r2: f64, inverse_radius: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use ndf_core::mesh::shapes;
-    use ndf_core::sampling::AreaSampler;
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
 
     /// Points on a knot with their moments, all of the same area.
     fn knot(count: usize) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {

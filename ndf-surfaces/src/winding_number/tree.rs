@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use ndf_core::hierarchy::{Child, Hierarchy, MAX_LEVELS, WIDTH};
 use ndf_core::{BoundingBox, DVec3};
+use ndf_mesh::hierarchy::{Child, Hierarchy, MAX_LEVELS, WIDTH};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use ndf_core::{BoundingBox, DVec3, TriangleMesh};
+use ndf_core::{BoundingBox, DVec3};
+use ndf_mesh::TriangleMesh;
 
 use super::arc_tangent::arc_tangent;
 use super::expansion::{BETA, Moments};
@@ -130,7 +131,7 @@ impl Packet for Triangles {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use ndf_core::mesh::shapes;
+    use ndf_mesh::shapes;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;

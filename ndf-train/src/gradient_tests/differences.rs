@@ -1,6 +1,6 @@
 //! Agreement with central differences, in f64.
 
-use ndf_core::network::{Activation, Mlp, MlpShape};
+use ndf_network::{Activation, Mlp, MlpShape};
 use rayon::prelude::*;
 
 use crate::batch::Sample;

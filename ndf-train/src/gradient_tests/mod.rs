@@ -6,10 +6,10 @@ mod tape;
 
 use std::sync::Arc;
 
-use ndf_core::ManifoldMesh;
-use ndf_core::field::{SampleEncoding, sample_encoding};
-use ndf_core::mesh::shapes;
-use ndf_core::network::{Activation, Mlp, MlpShape, Packed};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
+use ndf_model::field::{SampleEncoding, sample_encoding};
+use ndf_network::{Activation, Mlp, MlpShape, Packed};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

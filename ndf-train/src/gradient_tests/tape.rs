@@ -1,7 +1,7 @@
 //! Agreement with the tape of dfdx, in f32.
 
 use dfdx::prelude::*;
-use ndf_core::network::{Activation, Mlp};
+use ndf_network::{Activation, Mlp};
 
 use super::{
     Epoch, FEATURES, HIDDEN, LAMBDA_C, LAMBDA_P, OCTAVES, PHI_INPUTS, REVERSE_OCTAVES, SAMPLES, THETA_INPUTS,

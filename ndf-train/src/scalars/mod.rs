@@ -13,11 +13,12 @@ mod values;
 
 use std::time::Instant;
 
-use ndf_core::io::VertexScalars;
 use ndf_core::progress::Progress;
-use ndf_core::sampling::AreaSampler;
-use ndf_core::scalars::StoredScalarsError;
-use ndf_core::{Model, StoredScalars, TriangleMesh};
+use ndf_mesh::TriangleMesh;
+use ndf_mesh::io::VertexScalars;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_model::scalars::StoredScalarsError;
+use ndf_model::{Model, StoredScalars};
 
 pub use settings::ScalarSettings;
 

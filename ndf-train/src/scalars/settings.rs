@@ -1,8 +1,8 @@
 //! What a user may decide about learning scalar fields.
 
-use ndf_core::model::Precision;
-use ndf_core::network::Activation;
-use ndf_core::scalars::{ChannelIndex, ScalarShape};
+use ndf_model::file::Precision;
+use ndf_model::scalars::{ChannelIndex, ScalarShape};
+use ndf_network::Activation;
 use serde::{Deserialize, Serialize};
 
 use crate::rounding;

@@ -1,9 +1,9 @@
 //! One chunk of an epoch: samples through the network, the squared errors of all channels, and all the way back.
 
-use ndf_core::field::SampleEncoding;
-use ndf_core::network::backward::InputGradient;
-use ndf_core::network::{Activations, BLOCK, Gradients, Packed, backward, forward};
-use ndf_core::scalars::Passes;
+use ndf_model::field::SampleEncoding;
+use ndf_model::scalars::Passes;
+use ndf_network::backward::InputGradient;
+use ndf_network::{Activations, BLOCK, Gradients, Packed, backward, forward};
 use pulp::{Simd, WithSimd};
 
 use super::values::{Foot, Values};

@@ -1,9 +1,11 @@
 //! Laws of learning scalar fields, and gradients against central differences of the loss.
 
-use ndf_core::mesh::shapes;
+use ndf_core::DVec3;
 use ndf_core::progress::NoProgress;
-use ndf_core::scalars::{ChannelIndex, ScalarShape};
-use ndf_core::{DVec3, DisplacementField, FieldShape, ManifoldMesh, Similarity};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::shapes;
+use ndf_model::scalars::{ChannelIndex, ScalarShape};
+use ndf_model::{DisplacementField, FieldShape, Similarity};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use ndf_core::field::{SampleEncoding, sample_encoding};
-use ndf_core::model::{Grids, Precision};
-use ndf_core::network::{BLOCK, Mlp, Packed};
-use ndf_core::scalars::{Channel, StoredScalarsError};
-use ndf_core::{ManifoldMesh, StoredScalars};
+use ndf_mesh::ManifoldMesh;
+use ndf_model::StoredScalars;
+use ndf_model::field::{SampleEncoding, sample_encoding};
+use ndf_model::file::{Grids, Precision};
+use ndf_model::scalars::{Channel, StoredScalarsError};
+use ndf_network::{BLOCK, Mlp, Packed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;

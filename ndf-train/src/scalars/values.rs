@@ -1,9 +1,11 @@
 //! What is to be learned: values at the vertices of a mesh, and where samples of the base mesh find theirs.
 
-use ndf_core::io::VertexScalars;
-use ndf_core::sampling::FaceSample;
-use ndf_core::scalars::Channel;
-use ndf_core::{Hint, Model, TriangleMesh, TriangleTree};
+use ndf_core::Hint;
+use ndf_mesh::io::VertexScalars;
+use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::{TriangleMesh, TriangleTree};
+use ndf_model::Model;
+use ndf_model::scalars::Channel;
 use rayon::prelude::*;
 
 use super::ScalarError;

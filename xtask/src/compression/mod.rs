@@ -13,8 +13,8 @@ use ndf_cli::commands::fit::{Job, fit_file};
 use ndf_cli::commands::training::Training;
 use ndf_cli::context::{Context, Options as ContextOptions};
 use ndf_cli::input::Reading;
-use ndf_core::io::read_mesh;
-use ndf_core::model::SectionSizes;
+use ndf_mesh::io::read_mesh;
+use ndf_model::file::SectionSizes;
 use serde::{Deserialize, Serialize};
 
 use crate::rows::{Row, Rows};

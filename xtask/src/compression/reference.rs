@@ -1,10 +1,12 @@
 //! How far a mesh is from the one it stands for: distances, geodesics, eigenvalues.
 
 use ndf_cli::commands::geodesic::closest;
-use ndf_core::metrics::{MeasureOptions, measure};
-use ndf_core::{DVec3, ManifoldMesh, NoProgress, Similarity, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::metrics::{MeasureOptions, measure};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_model::Similarity;
 use ndf_spectral::{ModeOptions, modes};
 use rayon::prelude::*;
 

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use ndf_core::{DVec3, ManifoldMesh, NoProgress, TriangleMesh};
+use ndf_core::{DVec3, NoProgress};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_meshing::{DecimationOptions, decimate};
 use serde_json::Value;
 

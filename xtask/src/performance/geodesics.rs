@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::Args;
-use ndf_core::io::write_mesh;
-use ndf_core::{DVec3, ManifoldMesh, SurfacePoint};
+use ndf_core::DVec3;
 use ndf_geodesic::{ExactOptions, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::io::write_mesh;
+use ndf_mesh::{ManifoldMesh, SurfacePoint};
 use serde_json::{Value, json};
 
 use super::meshes::MeshName;

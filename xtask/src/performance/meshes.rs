@@ -5,8 +5,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use ndf_core::io::read_mesh;
-use ndf_core::mesh::{ManifoldMesh, TriangleMesh, repair, shapes};
+use ndf_mesh::io::read_mesh;
+use ndf_mesh::{ManifoldMesh, TriangleMesh, repair, shapes};
 
 /// A mesh by name: a file of the data folder or `rope-ALONGxAROUND`, and how often it is refined, as in
 /// `skull_100k.obj+2`.

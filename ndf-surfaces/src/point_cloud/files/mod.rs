@@ -15,7 +15,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use ndf_core::DVec3;
-use ndf_core::io::{self, MeshFormat, VertexScalars};
+use ndf_mesh::io::{self, MeshFormat, VertexScalars};
 
 pub use las::LAZ_THREAD;
 

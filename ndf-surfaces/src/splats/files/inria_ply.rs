@@ -3,14 +3,14 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use ndf_core::io::{MeshFile, parse_mesh};
+use ndf_mesh::io::{MeshFile, parse_mesh};
 
 use super::super::Splat;
 use super::{SplatError, damaged, sigmoid};
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     let file = parse_mesh(bytes, Path::new("splats")).map_err(|e| match e {
-        ndf_core::io::ReadError::Malformed { defect, .. } => damaged(defect),
+        ndf_mesh::io::ReadError::Malformed { defect, .. } => damaged(defect),
         other => damaged(other.to_string()),
     })?;
     let column = |name: &'static str| property(&file, name).ok_or(SplatError::MissingProperty(name));

@@ -1,0 +1,326 @@
+use std::path::Path;
+
+use ndf_core::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::shapes;
+use crate::{ManifoldMesh, ValidationReport};
+
+fn parse(name: &str, bytes: &[u8]) -> Result<MeshFile, ReadError> {
+    parse_mesh(bytes, Path::new(name))
+}
+
+fn read(name: &str, bytes: &[u8]) -> MeshFile {
+    parse(name, bytes).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn refusal(name: &str, bytes: &[u8]) -> String {
+    parse(name, bytes).map(|f| f.mesh).unwrap_err().to_string()
+}
+
+/// A folder of its own for every test.
+fn folder(test: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("ndf-io-{test}-{}", std::process::id()));
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// A small file of every format and encoding.
+fn samples() -> Vec<(&'static str, Vec<u8>)> {
+    let mesh = shapes::icosphere(0).map_positions(|p| p.as_vec3().as_dvec3());
+    let written = |write: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = Vec::new();
+        write(&mut bytes);
+        bytes
+    };
+    let quality = VertexScalars { name: "quality".into(), values: (0..12).map(|v| v as f32).collect() };
+    vec![
+        ("a.obj", written(&|out| obj::write(out, &mesh).unwrap())),
+        ("a.ply", written(&|out| ply::write(out, &mesh, std::slice::from_ref(&quality)).unwrap())),
+        ("a.stl", written(&|out| stl::write(out, &mesh).unwrap())),
+        ("text.ply", TEXT_PLY.into()),
+        ("text.stl", TEXT_STL.into()),
+        ("text.off", TEXT_OFF.into()),
+    ]
+}
+
+const TEXT_PLY: &str = "ply\nformat ascii 1.0\ncomment a square\nobj_info made by hand\nelement face 1\nproperty uchar red\n\
+    property list uchar int vertex_index\nelement vertex 4\nproperty double z\nproperty float label\n\
+    property float x\nproperty list uchar float weights\nproperty int y\nelement edge 1\nproperty int vertex1\n\
+    property int vertex2\nend_header\n255 4 0 1 2 3\n0.5 -7 0 2 0.1 0.2 0\n.5 8 1 0 0\n5e-1 9 1. 0 1\n0.5 nan 0 1 3 1\n0 1";
+const TEXT_STL: &str = "solid one\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n \
+    endfacet\nendsolid one\nsolid two\nfacet normal 0 0 1\nOUTER LOOP\nvertex 1 0 -0.0\nvertex 1 1 0\nvertex 0 1 0\nendloop\n\
+    endfacet\nendsolid two\n";
+const TEXT_OFF: &str = "# a square\nCOFF\n4 1 0 # counts\n\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0\n0 1 0 # last\n4 0 1 2 3 0.5 0.5 0.5\n";
+
+#[test]
+fn round_trips_keep_vertices_faces_and_scalars() {
+    let folder = folder("round-trip");
+    let exact = shapes::trefoil_knot(60, 8, 0.2);
+    let single = exact.map_positions(|p| p.as_vec3().as_dvec3());
+    let values: Vec<f32> = (0..exact.vertex_count()).map(|v| v as f32 * 0.1).collect();
+    let scalars = [
+        VertexScalars { name: "distance".into(), values: values.clone() },
+        VertexScalars { name: "mode_00".into(), values },
+    ];
+    for (name, truth) in [("a.ply", &single), ("a.obj", &exact)] {
+        let path = folder.join(name);
+        write_mesh(&path, &exact, &scalars).unwrap();
+        let file = read_mesh(&path).unwrap();
+        assert_eq!(&file.mesh, truth, "{name}");
+        assert_eq!(file.scalars, if name == "a.ply" { scalars.to_vec() } else { vec![] });
+        assert!(file.notes.is_empty());
+    }
+    let path = folder.join("a.STL");
+    write_mesh(&path, &exact, &[]).unwrap();
+    let file = read_mesh(&path).unwrap();
+    assert_eq!(file.mesh.vertex_count(), exact.vertex_count());
+    assert_eq!(file.mesh.corner_positions(17), single.corner_positions(17));
+    assert!(ManifoldMesh::try_from(file.mesh).is_ok());
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "no temporary files are left");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn what_cannot_be_written_leaves_nothing() {
+    let folder = folder("refused");
+    let mesh = shapes::icosphere(0);
+    let scalar = |name: &str, n: usize| [VertexScalars { name: name.into(), values: vec![0.0; n] }];
+    assert!(matches!(
+        write_mesh(folder.join("a.gltf"), &mesh, &[]),
+        Err(WriteError::UnknownExtension { .. })
+    ));
+    assert!(matches!(write_mesh(folder.join("a.off"), &mesh, &[]), Err(WriteError::UnknownExtension { .. })));
+    assert!(matches!(
+        write_mesh(folder.join("a.ply"), &mesh, &scalar("a", 3)),
+        Err(WriteError::ScalarLength { .. })
+    ));
+    assert!(matches!(
+        write_mesh(folder.join("a.ply"), &mesh, &scalar("a b", 12)),
+        Err(WriteError::ScalarName { .. })
+    ));
+    assert!(matches!(write_mesh(folder.join("none/a.ply"), &mesh, &[]), Err(WriteError::Io { .. })));
+    let failed = atomic_write(folder.join("b"), |out| {
+        out.write_all(b"half")?;
+        Err(std::io::Error::other("stopped"))
+    });
+    assert!(failed.is_err());
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn text_ply_with_any_types_and_order() {
+    let file = read("a", TEXT_PLY.as_bytes());
+    assert_eq!(file.format, MeshFormat::Ply);
+    assert_eq!(file.mesh.positions()[2], DVec3::new(1.0, 1.0, 0.5));
+    assert_eq!(file.mesh.faces(), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(file.scalars.len(), 1);
+    assert_eq!(file.scalars[0].values[..3], [-7.0, 8.0, 9.0]);
+    assert_eq!(file.notes.len(), 1);
+    let carriage_returns = TEXT_PLY.replace('\n', "\r\n");
+    assert_eq!(read("a", carriage_returns.as_bytes()).mesh, file.mesh);
+}
+
+#[test]
+fn big_endian_ply_and_strips() {
+    let mut bytes = b"ply\nformat binary_big_endian 1.0\ncomment by M\xfcller\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property double z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        .to_vec();
+    for p in [[0.0_f32, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+        p.iter().for_each(|x| bytes.extend(x.to_be_bytes()));
+        bytes.extend(2.0_f64.to_be_bytes());
+    }
+    for i in [7_i32, 0, 1, 2, 3, -1, 2, 1] {
+        bytes.extend(i.to_be_bytes());
+    }
+    let file = read("a", &bytes);
+    assert_eq!(file.mesh.positions()[3], DVec3::new(1.0, 1.0, 2.0));
+    assert_eq!(file.mesh.faces(), [[0, 1, 2], [2, 1, 3]]);
+}
+
+#[test]
+fn obj_is_read_as_it_stands() {
+    let text = "# seams, groups, polygons, negative indices, an unused vertex, a weight\nmtllib none.mtl\no first\n\
+        v 9 9 9\nv 0 0 0 nan nan nan\nvt 0 0\nvn 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 2 2 0 2\nusemtl red\n\
+        f 2/1/1 3/1/1 4//1\nvt 1 1\ng second\nv 0 1 0\nl 1 2 3\np 1\nf -4/2 -2/2 \\\n -1/2\nf 2 3 4 5 # twice\nf 2 3\n";
+    let file = read("a", text.as_bytes());
+    assert_eq!(file.format, MeshFormat::Obj);
+    assert_eq!(file.mesh.vertex_count(), 5);
+    assert_eq!(file.mesh.positions()[3], DVec3::new(1.0, 1.0, 0.0));
+    assert_eq!(file.mesh.faces(), [[1, 2, 3], [1, 3, 4], [1, 2, 3], [1, 3, 4]]);
+    assert_eq!(file.notes.len(), 2, "{:?}", file.notes);
+    for n in 1..7 {
+        let vertices: String = (0..n).map(|i| format!("v {i} 0 0\n")).collect();
+        assert_eq!(read("a", vertices.as_bytes()).mesh.vertex_count(), n);
+        assert_eq!(
+            read("a", format!("{vertices}f 1 {n} 1\n").as_bytes()).mesh.faces(),
+            [[0, n as u32 - 1, 0]]
+        );
+    }
+}
+
+#[test]
+fn stl_and_off_variants() {
+    let file = read("a", TEXT_STL.as_bytes());
+    assert_eq!((file.format, file.mesh.faces()), (MeshFormat::Stl, &[[0, 1, 2], [1, 3, 2]][..]));
+    let file = read("a", TEXT_OFF.as_bytes());
+    assert_eq!((file.format, file.mesh.faces()), (MeshFormat::Off, &[[0, 1, 2], [0, 2, 3]][..]));
+    assert_eq!(read("a", b"OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2").mesh.face_count(), 1);
+
+    let (_, mut bytes) = samples().swap_remove(2);
+    bytes[..6].copy_from_slice(b"solid ");
+    assert_eq!(read("a", &bytes).mesh.face_count(), 20, "a binary file that calls itself solid");
+    bytes[80..84].copy_from_slice(&21_u32.to_le_bytes());
+    assert!(refusal("a", &bytes).contains("announces 21 triangles but ends after 20"));
+    bytes[80..84].copy_from_slice(&19_u32.to_le_bytes());
+    let file = read("a", &bytes);
+    assert_eq!((file.mesh.face_count(), file.notes.len()), (19, 1));
+}
+
+#[test]
+fn empty_meshes_are_meshes_and_empty_files_are_not() {
+    assert_eq!(read("a.obj", b"# nothing\n").mesh, TriangleMesh::default());
+    assert_eq!(read("a", b"solid Empty\nendsolid Empty").mesh, TriangleMesh::default());
+    let header = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+    assert_eq!(read("a", header.as_bytes()).mesh, TriangleMesh::default());
+    assert!(refusal("a.obj", b"").ends_with("it is empty; OBJ, PLY, STL and OFF can be read"));
+    assert!(refusal("a.txt", b"Dear reader,\n").contains("a.txt is not a mesh file"));
+    assert!(
+        refusal("a.obj", b"# a letter\nDear reader,\n").contains("no vertex, and line 2 is no OBJ statement")
+    );
+    assert!(refusal("a.obj", b"\0\x01\x02").contains("no known format"));
+    assert!(matches!(read_mesh("/nowhere/a.obj"), Err(ReadError::Io { .. })));
+}
+
+#[test]
+fn defects_are_named_with_their_place() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let ply = |body: &str| refusal("a", format!("{head}{body}").as_bytes());
+    let cases = [
+        (refusal("a", b"v 0 0 0\nv 1 0\n"), "line 2: a vertex needs three numbers"),
+        (refusal("a", b"v 0 0 0\n\nf 1 1 x\n"), "line 3: the indices of a face must be integers"),
+        (
+            refusal("a", b"v 0 0 0\nv 1 1 1\nf 1 2 2\nf 1 2 3\n"),
+            "line 4: a face names vertex 3, but there are 2 vertices",
+        ),
+        (
+            refusal("a", b"v 0 0 0\nf 1 1 -2\nv 1 1 1\n"),
+            "line 2: a face names vertex -2, but there are 2 vertices",
+        ),
+        (refusal("a", b"v 0 0 0\nf 0 1 1\n"), "line 2: a face names vertex 0"),
+        (refusal("a", b"v 0 0 0\nf 1 //1 1\n"), "line 2: the indices of a face must be integers"),
+        (
+            refusal("a", b"v 0 0 0\nvt 0 0\nf 9223372036854775807/9223372036854775807 1 1\n"),
+            "line 3: a face names vertex 9",
+        ),
+        (ply("0 0 0 1 0 0 0 1 0"), "it ends within row 0 of the 1 of element face"),
+        (ply("0 0 0 1 0 0 0 1 zero 3 0 1 2"), "row 2 of element vertex"),
+        (ply("0 0 0 1 0 0 0 1 0 3 0 1 3"), "face 0 names vertex 3, but there are 3 vertices"),
+        (ply("0 0 0 1 0 0 0 1 0 3 0 1 -5"), "row 0 of element face: -5 is no vertex index"),
+        (refusal("a", b"ply\nformat ascii 1.0\nelement vertex 1\n"), "the header ends without end_header"),
+        (refusal("a", head.replace("float y", "half y").as_bytes()), "header: Unknown scalar type: half"),
+        (
+            refusal("a", format!("{}0 0 0 0 0 0 0 0 0 0 0 0 0", head.replace(" y", " v")).as_bytes()),
+            "element vertex has no property y",
+        ),
+        (
+            refusal("a", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n"),
+            "line 5: a facet has 1 vertices",
+        ),
+        (refusal("a", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"), "it ends before endsolid"),
+        (refusal("a", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "line 6: a face names vertex 3"),
+        (refusal("a", b"OFF\n3 1 0\n0 0 0\n1 0 0\n"), "it ends after 2 of 3 vertices"),
+        (refusal("a", b"OFF\n3 one 0\n"), "line 2: the counts of vertices and faces"),
+        (refusal("a", b"4OFF\n3 1 0\n"), "the variant 4OFF is not supported"),
+    ];
+    for (message, expected) in cases {
+        assert!(message.contains(expected), "{message:?} does not say {expected:?}");
+        assert!(!message.contains('\n'), "{message:?}");
+    }
+}
+
+#[test]
+fn lying_counts_are_refused_at_once() {
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        for (vertices, faces) in
+            [("18446744073709551615", "0"), ("4000000000", "0"), ("0", "9223372036854775807"), ("-1", "0")]
+        {
+            let file = format!(
+                "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+                 element face {faces}\nproperty list uint int vertex_indices\nend_header\n\u{ff}\u{ff}\u{ff}\u{ff}"
+            );
+            refusal("a.ply", file.as_bytes());
+        }
+        let no_rows = format!("ply\nformat {format} 1.0\nelement nothing 18446744073709551615\nend_header\n");
+        assert!(refusal("a.ply", no_rows.as_bytes()).contains("rows without properties"));
+    }
+    refusal("a.off", b"OFF\n4294967295 4294967295 0\n0 0 0\n");
+    refusal("a.off", b"OFF\n1 1 0\n0 0 0\n4294967295 0 0\n");
+}
+
+#[test]
+fn every_truncation_and_many_changes_are_survived() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for (name, bytes) in samples() {
+        let whole = read(name, &bytes);
+        for length in 0..bytes.len() {
+            // Text may be cut in its last number and stay valid; a mesh is never larger than the whole.
+            if let Ok(file) = parse(name, &bytes[..length]) {
+                assert!(file.mesh.face_count() <= whole.mesh.face_count(), "{name} cut to {length}");
+                let is_text = name == "a.obj" || name.starts_with("text");
+                assert!(is_text, "{name} cut to {length} was accepted");
+            }
+        }
+        for _ in 0..4000 {
+            let mut changed = bytes.clone();
+            for _ in 0..rng.random_range(1..6) {
+                let at = rng.random_range(0..changed.len());
+                changed[at] = match rng.random_range(0..3) {
+                    0 => rng.random(),
+                    1 => changed[at] ^ (1 << rng.random_range(0..8)),
+                    _ => *b"0123456789-.e/# \n\\\0\xff".get(rng.random_range(0..20)).unwrap(),
+                };
+            }
+            if let Ok(file) = parse(name, &changed) {
+                assert!(file.mesh.vertex_count() <= bytes.len());
+                let _ = ValidationReport::of(&file.mesh);
+            } else if let Err(e) = parse(name, &changed) {
+                let _ = e.to_string();
+            }
+        }
+    }
+}
+
+/// Reads all meshes of the optional data folder (`NDF_DATA`, else `shared/data` beside the workspace).
+#[test]
+fn real_files_are_read() {
+    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let data = std::env::var_os("NDF_DATA").map_or(default, PathBuf::from);
+    let mut met = 0;
+    for folder in ["mesh", "mesh_bad"] {
+        let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
+            eprintln!(
+                "skipped: there is no folder {}; set NDF_DATA to read real files",
+                data.join(folder).display()
+            );
+            continue;
+        };
+        let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+        paths.sort();
+        for path in paths {
+            let file = read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
+            let report = ValidationReport::of(&file.mesh);
+            eprintln!("{}: {report}", path.display());
+            if folder == "mesh" {
+                assert!(report.is_oriented_manifold() && report.is_closed(), "{}: {report}", path.display());
+            }
+            met += 1;
+        }
+    }
+    eprintln!("{met} files");
+}

@@ -1,0 +1,143 @@
+//! An indexed triangle mesh about which only its index bounds are known.
+
+use ndf_core::DVec3;
+
+use ndf_core::BoundingBox;
+
+/// Vertex positions and faces as read from a file or made by an algorithm. Indices are in range; nothing else
+/// is promised. Past [`ManifoldMesh::try_from`](crate::ManifoldMesh) everything is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    positions: Vec<DVec3>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// A face names a vertex that does not exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("face {face} names vertex {index}, but there are {vertices} vertices")]
+pub struct FaceIndexOutOfRange {
+    /// The face.
+    pub face: usize,
+    /// The index it names.
+    pub index: u32,
+    /// How many vertices there are.
+    pub vertices: usize,
+}
+
+impl TriangleMesh {
+    /// A mesh of these positions and faces.
+    ///
+    /// # Errors
+    /// If a face names a vertex that does not exist.
+    pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Result<Self, FaceIndexOutOfRange> {
+        for (face, corners) in faces.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&v| v as usize >= positions.len()) {
+                return Err(FaceIndexOutOfRange { face, index, vertices: positions.len() });
+            }
+        }
+        Ok(Self { positions, faces })
+    }
+
+    /// For algorithms of this crate that make indices in range by construction.
+    pub(crate) fn from_parts(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
+        debug_assert!(faces.iter().flatten().all(|&v| (v as usize) < positions.len()));
+        Self { positions, faces }
+    }
+
+    /// Vertex positions.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// Corner indices of every face, counter-clockwise seen from outside.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// Positions and faces, given away.
+    pub fn into_parts(self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        (self.positions, self.faces)
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// Positions of the corners of a face.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn corner_positions(&self, face: u32) -> [DVec3; 3] {
+        self.faces[face as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// `(b − a) × (c − a)`: twice the area, along the normal.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn face_cross(&self, face: u32) -> DVec3 {
+        let [a, b, c] = self.corner_positions(face);
+        (b - a).cross(c - a)
+    }
+
+    /// Area of a face.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn face_area(&self, face: u32) -> f64 {
+        0.5 * self.face_cross(face).length()
+    }
+
+    /// Unit normal of a face; zero where the face has no area.
+    ///
+    /// # Panics
+    /// If the face does not exist.
+    pub fn face_normal(&self, face: u32) -> DVec3 {
+        self.face_cross(face).normalize_or_zero()
+    }
+
+    /// Total area.
+    pub fn area(&self) -> f64 {
+        (0..self.face_count() as u32).map(|f| self.face_area(f)).sum()
+    }
+
+    /// Signed volume enclosed by the faces: positive when they are oriented outward. Only meaningful for closed
+    /// meshes.
+    pub fn signed_volume(&self) -> f64 {
+        let center = self.bounds().center();
+        let six_volumes = |f: u32| {
+            let [a, b, c] = self.corner_positions(f).map(|p| p - center);
+            a.dot(b.cross(c))
+        };
+        (0..self.face_count() as u32).map(six_volumes).sum::<f64>() / 6.0
+    }
+
+    /// Smallest box around all vertices.
+    pub fn bounds(&self) -> BoundingBox {
+        BoundingBox::of_points(&self.positions)
+    }
+
+    /// Area-weighted unit vertex normals; zero where they cancel.
+    pub fn vertex_normals(&self) -> Vec<DVec3> {
+        let mut normals = vec![DVec3::ZERO; self.vertex_count()];
+        for (f, corners) in self.faces.iter().enumerate() {
+            let cross = self.face_cross(f as u32);
+            for &v in corners {
+                normals[v as usize] += cross;
+            }
+        }
+        normals.into_iter().map(DVec3::normalize_or_zero).collect()
+    }
+
+    /// The same faces over moved vertices.
+    #[must_use]
+    pub fn map_positions(&self, f: impl Fn(DVec3) -> DVec3) -> Self {
+        Self { positions: self.positions.iter().map(|&p| f(p)).collect(), faces: self.faces.clone() }
+    }
+}

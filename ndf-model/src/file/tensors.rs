@@ -1,0 +1,278 @@
+//! Models as `.safetensors`: plain arrays of single precision, for programs in other languages.
+//!
+//! | tensor | shape | what |
+//! |---|---|---|
+//! | `similarity` | F64 \[4\] | scale, then the centre: box = scale · (world − centre) |
+//! | `base.positions` | F32 \[V, 3\] | base vertices, in the box |
+//! | `base.faces` | U32 \[F, 3\] | |
+//! | `features` | F32 \[V, d\] | |
+//! | `network.0.weight`, `network.0.bias`, … | F32 \[outputs, inputs\], \[outputs\] | layers from input to output |
+//! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
+//!
+//! The metadata `ndf` is a JSON object: `shape` of the field, `scalars` (`shape` and `channels` of every set) and
+//! `provenance`.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, View};
+use serde::{Deserialize, Serialize};
+
+use super::Model;
+use crate::scalars::{Channel, ScalarShape};
+use crate::{DisplacementField, FieldShape, Similarity, StoredScalars};
+use ndf_core::DVec3;
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_network::Mlp;
+
+const KEY: &str = "ndf";
+
+/// Why tensors are not a model.
+#[derive(Debug, thiserror::Error)]
+pub enum TensorsError {
+    /// The file is no `.safetensors`, or a damaged one.
+    #[error("not a usable .safetensors file: {0}")]
+    File(#[from] SafeTensorError),
+    /// The file holds something else.
+    #[error("the file has no metadata of a model: it was not exported from one")]
+    NotAModel,
+    /// The metadata cannot be read.
+    #[error("the metadata of the model: {0}")]
+    Metadata(#[from] serde_json::Error),
+    /// A tensor has another type or shape.
+    #[error("tensor {name}: {defect}")]
+    Tensor {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        defect: String,
+    },
+    /// The parts do not fit together.
+    #[error("the parts do not make a model: {0}")]
+    Parts(String),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Metadata {
+    shape: FieldShape,
+    #[serde(default)]
+    scalars: Vec<Fields>,
+    #[serde(default)]
+    provenance: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Fields {
+    shape: ScalarShape,
+    channels: Vec<Channel>,
+}
+
+/// An array to be written.
+struct Array {
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+impl View for &Array {
+    fn dtype(&self) -> Dtype {
+        self.dtype
+    }
+
+    fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        Cow::Borrowed(&self.bytes)
+    }
+
+    fn data_len(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl Model {
+    /// The model as the bytes of a `.safetensors` file.
+    ///
+    /// # Errors
+    /// If the library refuses them.
+    pub fn to_safetensors(&self) -> Result<Vec<u8>, TensorsError> {
+        let base = self.field.base();
+        let (vertices, d) = (base.vertex_count(), self.field.shape().features);
+        let positions: Vec<f32> = base.positions().iter().flat_map(|p| p.as_vec3().to_array()).collect();
+        let faces = Array {
+            dtype: Dtype::U32,
+            shape: vec![base.face_count(), 3],
+            bytes: base.faces().iter().flatten().flat_map(|v| v.to_le_bytes()).collect(),
+        };
+        let (scale, [x, y, z]) = (self.similarity.scale(), self.similarity.center().to_array());
+        let similarity = Array {
+            dtype: Dtype::F64,
+            shape: vec![4],
+            bytes: [scale, x, y, z].into_iter().flat_map(f64::to_le_bytes).collect(),
+        };
+        let mut arrays = vec![
+            ("similarity".to_owned(), similarity),
+            ("base.positions".to_owned(), floats(vec![vertices, 3], &positions)),
+            ("base.faces".to_owned(), faces),
+            ("features".to_owned(), floats(vec![vertices, d], self.field.features())),
+        ];
+        push_network(&mut arrays, "", self.field.network());
+        for (s, fields) in self.scalars.iter().enumerate() {
+            let shape = vec![vertices, fields.shape().features];
+            arrays.push((format!("scalars.{s}.features"), floats(shape, fields.features())));
+            push_network(&mut arrays, &format!("scalars.{s}."), fields.network());
+        }
+        let metadata = Metadata {
+            shape: self.field.shape().clone(),
+            scalars: self
+                .scalars
+                .iter()
+                .map(|fields| Fields { shape: fields.shape().clone(), channels: fields.channels().to_vec() })
+                .collect(),
+            provenance: self.provenance.clone(),
+        };
+        let metadata = HashMap::from([(KEY.to_owned(), serde_json::to_string(&metadata)?)]);
+        let arrays = arrays.iter().map(|(name, array)| (name, array));
+        Ok(safetensors::serialize(arrays, Some(metadata))?)
+    }
+
+    /// The model in the bytes of a `.safetensors` file as [`to_safetensors`](Self::to_safetensors) writes it.
+    ///
+    /// # Errors
+    /// If they are not such a file, or its arrays do not make a model.
+    pub fn from_safetensors(bytes: &[u8]) -> Result<Self, TensorsError> {
+        let (_, header) = SafeTensors::read_metadata(bytes)?;
+        let text = header.metadata().as_ref().and_then(|entries| entries.get(KEY));
+        let metadata: Metadata = serde_json::from_str(text.ok_or(TensorsError::NotAModel)?)?;
+        let tensors = SafeTensors::deserialize(bytes)?;
+        let parts = |e: &dyn std::fmt::Display| TensorsError::Parts(e.to_string());
+        let positions = read_floats(&tensors, "base.positions", &[None, Some(3)])?;
+        let positions: Vec<DVec3> = positions
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&p: &[f32; 3]| ndf_core::glam::Vec3::from(p).as_dvec3())
+            .collect();
+        let faces = read(&tensors, "base.faces", Dtype::U32, &[None, Some(3)])?;
+        let faces: Vec<u32> = faces.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+        let vertices = positions.len();
+        let mesh = TriangleMesh::new(positions, faces.as_chunks().0.to_vec()).map_err(|e| parts(&e))?;
+        let base = ManifoldMesh::try_from(mesh).map_err(|e| parts(&e))?;
+        let shape = metadata.shape;
+        if let Some(defect) = shape.defect() {
+            return Err(parts(&defect));
+        }
+        let features = read_floats(&tensors, "features", &[Some(vertices), Some(shape.features)])?;
+        let parameters = read_network(&tensors, "", &shape.network().layers())?;
+        let field = DisplacementField::new(base, shape, features, parameters).map_err(|e| parts(&e))?;
+        let similarity = read(&tensors, "similarity", Dtype::F64, &[Some(4)])?;
+        let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        let similarity = Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..]))
+            .ok_or_else(|| parts(&"the scale or the centre is not usable"))?;
+        let mut scalars = Vec::new();
+        for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {
+            if let Some(defect) = shape.defect() {
+                return Err(parts(&defect));
+            }
+            let name = format!("scalars.{s}.");
+            let dimensions = [Some(vertices), Some(shape.features)];
+            let features = read_floats(&tensors, &format!("{name}features"), &dimensions)?;
+            let layers = shape.network(channels.len()).layers();
+            let parameters = read_network(&tensors, &name, &layers)?;
+            let fields = StoredScalars::new(channels, shape, vertices, features, parameters);
+            scalars.push(fields.map_err(|e| parts(&e))?);
+        }
+        Ok(Self { field, similarity, scalars, provenance: metadata.provenance })
+    }
+}
+
+fn floats(shape: Vec<usize>, values: &[f32]) -> Array {
+    Array { dtype: Dtype::F32, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
+}
+
+fn push_network(arrays: &mut Vec<(String, Array)>, prefix: &str, network: &Mlp) {
+    let mut rest = network.parameters();
+    for (l, (inputs, outputs)) in network.shape().layers().into_iter().enumerate() {
+        let (weights, after) = rest.split_at(inputs * outputs);
+        let (biases, after) = after.split_at(outputs);
+        rest = after;
+        arrays.push((format!("{prefix}network.{l}.weight"), floats(vec![outputs, inputs], weights)));
+        arrays.push((format!("{prefix}network.{l}.bias"), floats(vec![outputs], biases)));
+    }
+}
+
+fn read_network(
+    tensors: &SafeTensors<'_>,
+    prefix: &str,
+    layers: &[(usize, usize)],
+) -> Result<Vec<f32>, TensorsError> {
+    let mut parameters = Vec::new();
+    for (l, &(inputs, outputs)) in layers.iter().enumerate() {
+        let weight = format!("{prefix}network.{l}.weight");
+        parameters.extend(read_floats(tensors, &weight, &[Some(outputs), Some(inputs)])?);
+        parameters.extend(read_floats(tensors, &format!("{prefix}network.{l}.bias"), &[Some(outputs)])?);
+    }
+    Ok(parameters)
+}
+
+fn read_floats(
+    tensors: &SafeTensors<'_>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> Result<Vec<f32>, TensorsError> {
+    let bytes = read(tensors, name, Dtype::F32, shape)?;
+    Ok(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+}
+
+/// The bytes of a tensor of this type and shape; `None` for any extent.
+fn read<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    shape: &[Option<usize>],
+) -> Result<&'a [u8], TensorsError> {
+    let tensor = tensors.tensor(name)?;
+    let fits = tensor.shape().len() == shape.len()
+        && tensor.shape().iter().zip(shape).all(|(found, asked)| asked.is_none_or(|asked| asked == *found));
+    if tensor.dtype() != dtype || !fits {
+        let defect =
+            format!("{:?} {:?} where {dtype:?} {shape:?} is expected", tensor.dtype(), tensor.shape());
+        return Err(TensorsError::Tensor { name: name.to_owned(), defect });
+    }
+    Ok(tensor.data())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::model;
+    use super::*;
+
+    #[test]
+    fn a_model_comes_back_from_its_tensors() {
+        let model = model();
+        let bytes = model.to_safetensors().unwrap();
+        let again = Model::from_safetensors(&bytes).unwrap();
+        assert_eq!(again.to_bytes(), model.to_bytes());
+        assert_eq!(again.to_safetensors().unwrap(), bytes);
+    }
+
+    #[test]
+    fn other_files_and_damaged_ones_are_refused() {
+        let bytes = model().to_safetensors().unwrap();
+        for length in (0..bytes.len()).step_by(7) {
+            assert!(Model::from_safetensors(&bytes[..length]).is_err(), "{length}");
+        }
+        let other = safetensors::serialize([("x", &floats(vec![1], &[1.0]))], None).unwrap();
+        assert!(matches!(Model::from_safetensors(&other), Err(TensorsError::NotAModel)));
+        // A wrong count in the metadata is met by the shape of a tensor.
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        assert!(text.contains(r#"\"features\":2"#));
+        let mut wrong = bytes;
+        let at = wrong.windows(14).position(|w| w == br#"\"features\":2"#.as_slice()).unwrap();
+        wrong[at + 13] = b'9';
+        let error = Model::from_safetensors(&wrong).unwrap_err().to_string();
+        assert!(error.contains("tensor features"), "{error}");
+    }
+}

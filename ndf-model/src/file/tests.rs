@@ -1,0 +1,234 @@
+//! Laws of the model file.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::bytes::Writer;
+use super::{Model, ModelError, Precision, StoredBase, container};
+use crate::scalars::{Channel, ScalarShape, StoredScalars};
+use crate::{DisplacementField, FieldShape, Similarity};
+use ndf_core::DVec3;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::shapes;
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_network::Activation;
+
+/// A model with random features over a mesh, in the mesh's own order.
+fn model_on(base: TriangleMesh) -> Model {
+    let base = ManifoldMesh::try_from(base).unwrap();
+    let shape =
+        FieldShape { features: 2, octaves: 1, hidden: vec![3], activation: Activation::Silu, residual: true };
+    let field = DisplacementField::untrained(base, shape, 5).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut random = |n: usize| (0..n).map(|_| rng.random_range(-2.0..2.0)).collect::<Vec<f32>>();
+    let (features, parameters) = (field.features().len(), field.network().parameters().len());
+    let field = field.with_parameters(random(features), random(parameters)).unwrap();
+    let vertices = field.base().vertex_count();
+    let shape = ScalarShape { features: 1, hidden: vec![2], ..ScalarShape::default() };
+    let channel = Channel { name: "u".to_owned(), range: [-1.0, 1.0], mean: 0.0, deviation: 1.0 };
+    let parameters = vec![0.25; shape.network(1).parameter_count()];
+    let fields = StoredScalars::new(vec![channel], shape, vertices, random(vertices), parameters).unwrap();
+    let similarity = Similarity::new(0.1 + 0.2, DVec3::new(1.0, 2.0 / 3.0, 3e-7 / 7.0)).unwrap();
+    let scalars = vec![fields.clone(), fields];
+    Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
+}
+
+pub(super) fn model() -> Model {
+    model_on(shapes::icosphere(0))
+}
+
+/// Single precision, and rounded: plain and coded arrays.
+fn both() -> [Model; 2] {
+    let model = model();
+    let rounded = model.rounded(Precision::of_bits(5));
+    [model, rounded]
+}
+
+/// The same points of the surface, wherever in the list of vertices they are.
+fn images(model: &Model) -> Vec<[u64; 3]> {
+    let base = model.field.base();
+    let mut samples = AreaSampler::of_manifold(base).unwrap().sample(1, 0, 0);
+    let mut images = Vec::new();
+    for face in 0..base.face_count() as u32 {
+        // Corners and the centre, in the order of their places.
+        for barycentric in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            samples[0].face = face;
+            samples[0].barycentric = barycentric.map(|b: f64| b as _);
+            images.extend(model.field.map(&samples));
+        }
+    }
+    let mut images: Vec<[u64; 3]> = images.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    images.sort_unstable();
+    images
+}
+
+#[test]
+fn round_trip_keeps_every_bit_and_the_order_settles() {
+    for model in both() {
+        let bytes = model.to_bytes();
+        let again = Model::from_bytes(&bytes).unwrap();
+        assert_eq!(again.to_bytes(), bytes);
+        assert_eq!(again.similarity, model.similarity);
+        assert_eq!(images(&again), images(&model));
+        assert_eq!(again.provenance, model.provenance);
+        assert_eq!(again.scalars.len(), 2);
+        assert_eq!(again.scalars[0].to_payload(), again.scalars[1].to_payload());
+        let sizes = model.section_sizes();
+        assert_eq!(sizes.total, bytes.len());
+        assert_eq!(sizes.scalars, 2 * again.scalars[0].to_payload().len());
+    }
+}
+
+#[test]
+fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
+    for shape in [shapes::torus(20, 12, 1.0, 0.4), shapes::grid(9, 7), shapes::icosphere(2)] {
+        let raw = ManifoldMesh::try_from(shape).unwrap();
+        for precision in [None, Some(Precision::default())] {
+            let base = StoredBase::new(&raw, precision, 0.0).mesh;
+            let model = model_on(base.as_triangle_mesh().clone());
+            let again = Model::from_bytes(&model.to_bytes()).unwrap();
+            assert_eq!(again.field.base().positions(), base.positions());
+            assert_eq!(again.field.base().faces(), base.faces());
+            assert_eq!(again.field.features(), model.field.features());
+            let size = again.section_sizes().base;
+            let positions = 12 * base.vertex_count();
+            assert!(precision.is_none() || size < positions / 2, "{size} of {positions}");
+        }
+    }
+}
+
+/// Rounding moves a position by less than the mesh is away from its surface, and saves bytes the farther that is.
+#[test]
+fn positions_are_the_coarser_the_farther_the_surface() {
+    let raw = ManifoldMesh::try_from(shapes::torus(40, 24, 1.0, 0.4)).unwrap();
+    let exact = StoredBase::new(&raw, None, 0.0);
+    let mut last = usize::MAX;
+    for distance in [0.0, 5e-4, 1e-3, 2e-3] {
+        let StoredBase { mesh, similarity } = StoredBase::new(&raw, Some(Precision::default()), distance);
+        assert_eq!((mesh.faces(), similarity), (exact.mesh.faces(), exact.similarity));
+        let moves =
+            mesh.positions().iter().zip(exact.mesh.positions()).map(|(p, q)| (*p - *q).abs().max_element());
+        let most = (similarity.scale() * distance).max(5e-4);
+        assert!(moves.fold(0.0, f64::max) <= 1.001 * most, "{distance}");
+        let size = model_on(mesh.as_triangle_mesh().clone()).section_sizes().base;
+        assert!(size < last, "{distance}: {size} bytes, {last} before");
+        last = size;
+    }
+}
+
+/// A grid moves a number by half its spacing at most.
+#[test]
+fn rounding_is_as_fine_as_it_says_and_rounds_once() {
+    let model = model_on(shapes::torus(60, 40, 1.0, 0.4));
+    let mut last = f32::INFINITY;
+    for bits in [4, 8, 12] {
+        let rounded = model.rounded(Precision::of_bits(bits));
+        let pairs = model.field.features().iter().zip(rounded.field.features());
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst <= 2.0 / (1_u32 << (bits - 1)) as f32 && worst < last / 4.0, "{bits} bits: {worst}");
+        last = worst;
+        let (size, count) = (rounded.section_sizes().features, model.field.features().len());
+        assert!(8 * size < (bits as usize + 2) * count, "{bits} bits: {size} bytes for {count}");
+        let twice = rounded.rounded(Precision::of_bits(bits));
+        assert_eq!(twice.field.features(), rounded.field.features());
+        let coded = Model::from_bytes(&rounded.to_bytes()).unwrap();
+        assert_eq!(images(&coded), images(&rounded));
+    }
+}
+
+#[test]
+fn every_truncation_and_every_flipped_byte_is_noticed() {
+    for model in both() {
+        let bytes = model.to_bytes();
+        for length in 0..bytes.len() {
+            assert!(Model::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
+        }
+        for at in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0x10;
+            assert!(Model::from_bytes(&damaged).is_err(), "byte {at}");
+        }
+    }
+}
+
+/// Damages a payload and mends the checksums, so that the section readers themselves are tried.
+#[test]
+fn hostile_payloads_give_errors_or_models_but_no_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for good in both() {
+        let sections = good.sections();
+        for round in 0..3000 {
+            let mut sections = sections.clone();
+            let payload = &mut sections[[0, 1, 2, 3, 5][round % 5]].1;
+            for _ in 0..rng.random_range(1..4) {
+                // The headers of the sections are the interesting part.
+                let reach = if rng.random_bool(0.5) { 24 } else { payload.len() };
+                let at = rng.random_range(0..payload.len().min(reach));
+                payload[at] = rng.random();
+            }
+            if rng.random_bool(0.2) {
+                payload.truncate(rng.random_range(0..payload.len()));
+            }
+            let _ = Model::from_bytes(&container::join(&sections));
+        }
+    }
+}
+
+#[test]
+fn unknown_sections_are_skipped_and_later_versions_named() {
+    let model = model();
+    let mut later = model.to_bytes();
+    later[8] = 9;
+    assert!(matches!(Model::from_bytes(&later), Err(ModelError::Version(9))));
+    assert!(matches!(Model::from_bytes(b"solid cube"), Err(ModelError::Magic)));
+    let mut sections = model.sections();
+    sections.insert(2, ("NEWS", b"something new".to_vec()));
+    assert!(Model::from_bytes(&container::join(&sections)).is_ok());
+    sections.retain(|(tag, _)| *tag != "FEAT");
+    assert!(matches!(Model::from_bytes(&container::join(&sections)), Err(ModelError::Missing("FEAT"))));
+}
+
+#[test]
+fn a_damaged_section_is_named() {
+    let mut bytes = model().to_bytes();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    let error = Model::from_bytes(&bytes).unwrap_err().to_string();
+    assert!(error.contains("checksum of section SCAL"), "{error}");
+}
+
+/// A file of version 1: plain arrays, and no byte that says so.
+#[test]
+fn version_1_is_read() {
+    let model = model();
+    let base = model.field.base();
+    let mut sections = model.sections();
+    sections.truncate(5);
+    let mut w = Writer::default();
+    w.u32(base.vertex_count() as u32);
+    w.u32(base.face_count() as u32);
+    w.f32s(base.positions().iter().flat_map(|p| p.as_vec3().to_array()));
+    base.faces().iter().flatten().for_each(|&v| w.u16(v as u16));
+    sections[1].1 = w.0;
+    let mut w = Writer::default();
+    w.u32(2);
+    w.f32s(model.field.features().iter().copied());
+    sections[2].1 = w.0;
+    let mut w = Writer::default();
+    [2, 1, 1, 1].into_iter().for_each(|byte| w.u8(byte));
+    w.u32(3);
+    w.f32s(model.field.network().parameters().iter().copied());
+    sections[3].1 = w.0;
+    let mut bytes = container::join(&sections);
+    bytes[8] = 1;
+    let table = 16 + 16 * sections.len();
+    let sum = crc32fast::hash(&bytes[..table]);
+    bytes[table..table + 4].copy_from_slice(&sum.to_le_bytes());
+    let read = Model::from_bytes(&bytes).unwrap();
+    assert_eq!(read.field.base().positions(), base.positions());
+    assert_eq!(read.field.base().faces(), base.faces());
+    assert_eq!(read.field.features(), model.field.features());
+    assert_eq!(read.field.network(), model.field.network());
+    assert_eq!(read.field.shape(), model.field.shape());
+}
