@@ -1,56 +1,59 @@
-//! The arrows between the crates: who may depend on whom.
+//! The arrows between the crates: which crate may use which.
 
 use serde_json::Value;
 
+use crate::circles;
 use crate::shell::cargo;
 
-/// Every crate of the workspace and the workspace's crates it may use.
-const ALLOWED: &[(&str, &[&str])] = &[
-    ("ndf-core", &[]),
-    ("ndf-mesh", &["ndf-core"]),
-    ("ndf-network", &[]),
-    ("ndf-model", &["ndf-core", "ndf-mesh", "ndf-network"]),
-    ("ndf-surfaces", &["ndf-core", "ndf-mesh"]),
-    ("ndf-meshing", &["ndf-core", "ndf-mesh"]),
-    ("ndf-train", &["ndf-core", "ndf-mesh", "ndf-network", "ndf-model"]),
-    ("ndf-intrinsic", &["ndf-core", "ndf-mesh", "ndf-model"]),
-    ("ndf-spectral", &["ndf-core", "ndf-mesh", "ndf-intrinsic"]),
-    ("ndf-geodesic", &["ndf-core", "ndf-mesh", "ndf-intrinsic"]),
+/// The crates from the programs down to the foundation. A crate uses crates of lower lines or of its own.
+const LINES: &[&[&str]] = &[
+    &["xtask"],
+    &["ndf-experiments"],
+    &["ndf-py", "ndf-web"],
+    &["ndf-cli"],
+    &["ndf"],
+    &["ndf-baselines"],
+    &["ndf-geodesic", "ndf-spectral", "ndf-fields"],
+    &["ndf-intrinsic"],
+    &["ndf-train"],
+    &["ndf-meshing"],
+    &["ndf-surfaces", "ndf-formats"],
+    &["ndf-model"],
+    &["ndf-network"],
+    &["ndf-mesh"],
+    &["ndf-core"],
+];
+
+/// Crates that do not know certain crates below them: training and everything that runs on triangulations work for any
+/// representation.
+const APART: &[(&[&str], &[&str])] = &[
+    (&["ndf-train"], &["ndf-meshing", "ndf-surfaces", "ndf-formats"]),
     (
-        "ndf-cli",
-        &[
-            "ndf-core",
-            "ndf-mesh",
-            "ndf-network",
-            "ndf-model",
-            "ndf-surfaces",
-            "ndf-meshing",
-            "ndf-train",
-            "ndf-intrinsic",
-            "ndf-spectral",
-            "ndf-geodesic",
-        ],
-    ),
-    (
-        "xtask",
-        &[
-            "ndf-core",
-            "ndf-mesh",
-            "ndf-network",
-            "ndf-model",
-            "ndf-surfaces",
-            "ndf-meshing",
-            "ndf-train",
-            "ndf-intrinsic",
-            "ndf-spectral",
-            "ndf-geodesic",
-            "ndf-cli",
-        ],
+        &["ndf-intrinsic", "ndf-geodesic", "ndf-spectral", "ndf-fields"],
+        &["ndf-train", "ndf-meshing", "ndf-surfaces", "ndf-formats"],
     ),
 ];
 
-/// Compares the dependencies that `cargo metadata` tells with the arrows. Dependencies of tests are free.
-pub(crate) fn check() -> Result<(), String> {
+/// A crate of the workspace.
+struct Package {
+    name: String,
+    line: usize,
+    /// The crates of the workspace it uses, tests aside.
+    uses: Vec<String>,
+}
+
+/// Prints the crates with their arrows and checks them.
+pub(crate) fn run() -> Result<(), String> {
+    let packages = packages()?;
+    for package in &packages {
+        eprintln!("{:16} → {}", package.name, package.uses.join(", "));
+    }
+    check_order(&packages)?;
+    circles::check(&packages.iter().map(|p| p.name.as_str()).collect::<Vec<_>>())
+}
+
+/// What `cargo metadata` tells, from the top down. Dependencies of tests are free.
+fn packages() -> Result<Vec<Package>, String> {
     let output = cargo(&["metadata", "--format-version", "1", "--no-deps", "--locked"])
         .output()
         .map_err(|e| format!("cargo metadata: {e}"))?;
@@ -58,22 +61,36 @@ pub(crate) fn check() -> Result<(), String> {
         serde_json::from_slice(&output.stdout).map_err(|e| format!("cargo metadata: {e}"))?;
     let list = |value: &Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
     let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
-    let packages = list(&metadata, "packages");
-    let members: Vec<String> = packages.iter().map(name).collect();
-    if members.is_empty() {
-        return Err("cargo metadata names no packages".to_owned());
+    let members = list(&metadata, "packages");
+    let is_member = |name: &String| members.iter().any(|member| member["name"] == **name);
+    let mut packages = Vec::new();
+    for member in &members {
+        let dependencies = list(member, "dependencies");
+        let mut uses: Vec<String> =
+            dependencies.iter().filter(|d| d["kind"] != "dev").map(name).filter(is_member).collect();
+        uses.sort_by_key(|name| line(name));
+        uses.dedup();
+        let name = name(member);
+        let line = line(&name).ok_or_else(|| format!("{name} has no place in the list of crates"))?;
+        packages.push(Package { name, line, uses });
     }
-    for package in &packages {
-        let from = name(package);
-        let (_, allowed) = ALLOWED
-            .iter()
-            .find(|(crate_name, _)| *crate_name == from)
-            .ok_or_else(|| format!("the crate {from} has no place among the arrows"))?;
-        for dependency in list(package, "dependencies") {
-            let to = name(&dependency);
-            let is_for_tests = dependency["kind"] == "dev";
-            if members.contains(&to) && !is_for_tests && !allowed.contains(&to.as_str()) {
-                return Err(format!("{from} must not depend on {to}"));
+    packages.sort_by_key(|package| package.line);
+    Ok(packages)
+}
+
+fn line(name: &str) -> Option<usize> {
+    LINES.iter().position(|line| line.contains(&name))
+}
+
+fn check_order(packages: &[Package]) -> Result<(), String> {
+    for Package { name, line: from, uses } in packages {
+        for used in uses {
+            let points_up = line(used).is_none_or(|to| to < *from);
+            let is_apart = |(these, those): &(&[&str], &[&str])| {
+                these.contains(&name.as_str()) && those.contains(&used.as_str())
+            };
+            if points_up || APART.iter().any(is_apart) {
+                return Err(format!("{name} must not depend on {used}"));
             }
         }
     }

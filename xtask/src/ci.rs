@@ -1,11 +1,12 @@
 //! The check before a change lands.
 
-use crate::arrows;
 use crate::shell::{self, cargo};
+use crate::{arrows, paths};
 
 pub(crate) fn run() -> Result<(), String> {
     shell::run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    arrows::check()?;
+    arrows::run()?;
+    paths::check()?;
     shell::run(&mut cargo(&[
         "clippy",
         "--workspace",

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::{MESHES, ModelRow, Numbers, RivalRow};
 use crate::document::replace_table;
 use crate::plot::error_by_bytes;
-use crate::shell::root;
+use crate::root;
 
 /// Writes the tables and the plots.
 pub(super) fn write(folder: &Path, models: &[ModelRow], rivals: &[RivalRow]) -> Result<(), String> {

@@ -14,7 +14,7 @@ use clap::{Args, Subcommand};
 use serde_json::Value;
 
 use crate::document::replace_table;
-use crate::shell::root;
+use crate::root;
 use meshes::MeshName;
 use process::Threads;
 pub(crate) use process::timed;
@@ -36,7 +36,7 @@ pub(crate) struct Timing {
     /// Runs of which the median counts
     #[arg(long, default_value_t = 3)]
     repeat: usize,
-    /// A Python interpreter with the rivals of xtask/peers
+    /// A Python interpreter with the rivals of experiments/peers
     #[arg(long)]
     python: Option<PathBuf>,
 }

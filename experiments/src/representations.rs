@@ -19,7 +19,7 @@ use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_spectral::{ModeOptions, modes};
 
 use crate::performance::timed;
-use crate::shell::root;
+use crate::root;
 
 /// Faces of the base mesh of which a row says nothing.
 const BASE_FACES: u32 = 4000;

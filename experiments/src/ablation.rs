@@ -18,8 +18,8 @@ use ndf_surfaces::MeshSurface;
 use ndf_train::{FitReport, Hooks, LogRecord, ReverseMap, Settings, Trainer, train};
 use serde::{Deserialize, Serialize};
 
+use crate::root;
 use crate::rows::{Row, Rows};
-use crate::shell::root;
 
 /// What is varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -25,8 +25,8 @@ use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions};
 use ndf_train::scalars::{ScalarFit, ScalarSettings, fit};
 use serde::{Deserialize, Serialize};
 
+use crate::root;
 use crate::rows::{Row, Rows};
-use crate::shell::root;
 
 /// Edge length of the mesh whose eigenfunctions are learned, in the box of side 3.
 const EDGE_LENGTH: f64 = 0.02;
@@ -169,7 +169,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
 /// beside the build for later runs.
 fn eigenfunctions(path: &Path, name: &str) -> Result<(Model, TriangleMesh, Vec<VertexScalars>), String> {
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let folder = root().join("target/xtask-scalars");
+    let folder = root().join("target/experiments/scalars");
     let kept = folder.join(name).with_extension("ndf");
     let model = match Model::read(&kept) {
         Ok(model) => model,

@@ -17,8 +17,8 @@ use ndf_mesh::io::read_mesh;
 use ndf_model::file::SectionSizes;
 use serde::{Deserialize, Serialize};
 
+use crate::root;
 use crate::rows::{Row, Rows};
-use crate::shell::root;
 use reference::{Errors, Reference};
 
 const MESHES: &[&str] = &[
@@ -47,7 +47,7 @@ pub(crate) struct Options {
     /// How numbers are kept
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Numbers::Rounded, Numbers::Single])]
     numbers: Vec<Numbers>,
-    /// A Python interpreter with numpy and DracoPy (see xtask/peers/draco.py); without it, meshes are not measured beside
+    /// A Python interpreter with numpy and DracoPy (see experiments/peers/draco.py); without it, meshes are not measured beside
     /// models
     #[arg(long)]
     python: Option<PathBuf>,

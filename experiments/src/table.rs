@@ -11,7 +11,7 @@ use ndf_cli::input::{BaseSource, Reading};
 use ndf_mesh::metrics::{MeasureOptions, measure};
 
 use crate::document::replace_table;
-use crate::shell::root;
+use crate::root;
 
 const MESHES: &[&str] =
     &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];

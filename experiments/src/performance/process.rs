@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use crate::shell::root;
+use crate::root;
 
 /// Variables that say how many threads libraries take.
 const THREADS: &[&str] = &["RAYON_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
@@ -83,7 +83,7 @@ pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
     pub(crate) fn new() -> Result<Self, String> {
-        let folder = std::env::temp_dir().join(format!("ndf-xtask-{}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("ndf-experiments-{}", std::process::id()));
         fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         Ok(Self(folder))
     }
@@ -119,10 +119,10 @@ pub(crate) struct PythonPeer {
 }
 
 impl PythonPeer {
-    /// Starts a script of `xtask/peers`.
+    /// Starts a script of `experiments/peers`.
     pub(crate) fn start(python: &Path, script: &str, arguments: &[String]) -> Result<Self, String> {
         let mut process = Command::new(python)
-            .arg(root().join("xtask/peers").join(script))
+            .arg(root().join("experiments/peers").join(script))
             .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

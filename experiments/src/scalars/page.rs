@@ -7,7 +7,7 @@ use std::path::Path;
 use super::Run;
 use crate::document::replace_table;
 use crate::plot::{Line, error_by_bytes};
-use crate::shell::root;
+use crate::root;
 
 /// Writes the table and the plots.
 pub(super) fn write(folder: &Path, runs: &[Run]) -> Result<(), String> {
