@@ -22,5 +22,15 @@ pub(crate) fn run() -> Result<(), String> {
     shell::run(
         cargo(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
             .env("RUSTDOCFLAGS", "-D warnings"),
-    )
+    )?;
+    // That every crate can be published; building them from their packages is left to the release.
+    shell::run(&mut cargo(&[
+        "publish",
+        "--workspace",
+        "--dry-run",
+        "--no-verify",
+        "--allow-dirty",
+        "--locked",
+        "--quiet",
+    ]))
 }

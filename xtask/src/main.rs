@@ -3,6 +3,7 @@
 mod arrows;
 mod ci;
 mod circles;
+mod data;
 mod paths;
 mod shell;
 mod source;
@@ -19,6 +20,7 @@ Usage: cargo xtask TASK
 Tasks:
   ci       Everything that must hold before a change lands, cheapest first
   arrows   Print the crates and their dependencies, and check their order and the files of each for circles
+  data     List the files that tables and tests use, with their sources, and check them in a folder [default: NDF_DATA]
   paths    Check that the files and folders that the documentation names exist
 
 Measurements (each takes --help; they are compiled in release mode first):
@@ -34,6 +36,8 @@ fn main() -> ExitCode {
     let done = match arguments[..] {
         ["ci"] => ci::run(),
         ["arrows"] => arrows::run(),
+        ["data"] => data::run(None),
+        ["data", folder] => data::run(Some(folder)),
         ["paths"] => paths::check(),
         [] | ["help" | "--help" | "-h"] => {
             eprintln!("{HELP}{}", EXPERIMENTS.join(", "));
