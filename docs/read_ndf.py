@@ -275,8 +275,8 @@ def positions(coder, vertex_count, faces):
         if not guesses:
             guesses = points[-1:] or [[0, 0, 0]]
         n = len(guesses)
-        foretold = [(2 * sum(c) + n) // (2 * n) for c in zip(*guesses)]
-        points.append([f + coder.integer(d) for f, d in zip(foretold, of)])
+        predicted = [(2 * sum(c) + n) // (2 * n) for c in zip(*guesses)]
+        points.append([f + coder.integer(d) for f, d in zip(predicted, of)])
     return points
 
 

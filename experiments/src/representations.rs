@@ -18,7 +18,6 @@ use ndf_mesh::metrics::{MeasureOptions, measure};
 use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_spectral::{ModeOptions, modes};
 
-use crate::performance::timed;
 use crate::root;
 
 /// Faces of the base mesh of which a row says nothing.
@@ -60,8 +59,8 @@ pub(crate) struct Options {
     reading: Reading,
 }
 
-/// Fits a file, extracts a mesh, measures distances and modes on it, and puts the row into the table, in the place of an
-/// earlier one of the same file and base mesh.
+/// Fits a file, extracts a mesh, checks that distances and modes can be computed on it, and puts the row into the table, in
+/// the place of an earlier one of the same file and base mesh.
 pub(crate) fn run(options: &Options) -> Result<(), String> {
     let file = &options.file;
     let context = Context::new(ContextOptions { quiet: true, ..ContextOptions::default() });
@@ -73,10 +72,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
     let job = Job::new(file, &options.reading, options.base_faces, Training::default());
     let (fitted, _) = fit_file(&job, &context).map_err(|e| say(&e))?;
-    let (seconds_extracting, extracted) =
-        timed(|| extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)));
-    let (surface, _) = extracted.map_err(|e| say(&e))?;
-    let [seconds_distances, seconds_modes] = analysed(&surface).map_err(|e| say(&e))?;
+    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    check_analysis(&surface).map_err(|e| say(&e))?;
     let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));
     write_picture(surface.as_triangle_mesh(), &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
     let truth = match &options.truth {
@@ -88,19 +85,9 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let share = |x: f64| 100.0 * fitted.model.similarity.length_to_world(x) / diagonal;
     let figures = fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity));
     let number = |key: &str| figures.as_ref().map_or(0.0, |figures| figures[key].as_f64().unwrap_or(0.0));
-    let base = fitted.base_report["seconds"].as_f64().unwrap_or(0.0);
-    let cache = number("seconds");
-    let all = fitted.seconds_reading + base + cache + report.seconds;
     let row = format!(
-        "| {name} | {} | {:.1} | {base:.1} | {cache:.1} | {:.0} | {:.0} | {all:.0} | {:.1} | {:.2} | {:.1} | {:.3} / {:.2} | \
-         {truth} | ![{name}]({picture}) |\n",
+        "| {name} | {} | {:.3} / {:.2} | {truth} | ![{name}]({picture}) |\n",
         fitted.input.kind,
-        fitted.seconds_reading,
-        report.seconds,
-        report.seconds_projecting,
-        seconds_extracting,
-        seconds_distances,
-        seconds_modes,
         share(report.projection_rms),
         share(report.projection_max),
     );
@@ -121,23 +108,17 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     put(&name, &row, CACHES)
 }
 
-/// Seconds that exact distances from a vertex take, and the modes.
-fn analysed(surface: &ManifoldMesh) -> Result<[f64; 2], String> {
-    let (distances, found) = timed(|| {
-        let mesh = IntrinsicMesh::of_mesh(surface);
-        let found = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default());
-        found.map(|found| found.distances().to_vec())
-    });
-    let found = found.map_err(|e| format!("distances: {e}"))?;
-    if let Some(vertex) = found.iter().position(|d| !d.is_finite()) {
+/// Fails unless exact distances from a vertex reach all others and the modes are complete.
+fn check_analysis(surface: &ManifoldMesh) -> Result<(), String> {
+    let mesh = IntrinsicMesh::of_mesh(surface);
+    let found = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default())
+        .map_err(|e| format!("distances: {e}"))?;
+    if let Some(vertex) = found.distances().iter().position(|d| !d.is_finite()) {
         return Err(format!("no distance reaches vertex {vertex}"));
     }
-    let (eigenmodes, found) = timed(|| {
-        let options = ModeOptions { count: MODES, ..ModeOptions::default() };
-        modes(&IntrinsicMesh::of_mesh(surface), &options, &NoProgress)
-    });
-    match found.map_err(|e| format!("modes: {e}"))? {
-        found if found.verified => Ok([distances, eigenmodes]),
+    let options = ModeOptions { count: MODES, ..ModeOptions::default() };
+    match modes(&mesh, &options, &NoProgress).map_err(|e| format!("modes: {e}"))? {
+        found if found.verified => Ok(()),
         _ => Err("some modes may be missing".to_owned()),
     }
 }

@@ -208,5 +208,5 @@ pub(super) fn tables(rows: &[Value]) -> String {
             ("mean error, % of the farthest", &number("heat_error", 2)),
         ],
     );
-    format!("{exact}\nExact distances beside rivals:\n\n{rivals}\nThe heat method:\n\n{heat}")
+    format!("{exact}\nExact distances compared with rivals:\n\n{rivals}\nThe heat method:\n\n{heat}")
 }

@@ -17,7 +17,6 @@ use crate::document::replace_table;
 use crate::root;
 use meshes::MeshName;
 use process::Threads;
-pub(crate) use process::timed;
 
 /// What the tables are made of.
 #[derive(Args, Clone, Debug)]

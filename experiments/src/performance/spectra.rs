@@ -177,5 +177,5 @@ pub(super) fn tables(rows: &[Value]) -> String {
             ("… all threads", &number("all_threads_cholmod", 2)),
         ],
     );
-    format!("{costs}\nBeside SciPy:\n\n{rivals}")
+    format!("{costs}\nCompared with SciPy:\n\n{rivals}")
 }

@@ -24,16 +24,16 @@ pub(super) fn write(folder: &Path, runs: &[Run]) -> Result<(), String> {
 
 fn table(meshes: &[&str], runs: &[Run]) -> String {
     let mut table = String::from(
-        "| mesh | training | encoding | numbers | bytes | rms error | largest error | epochs | seconds |\n\
-         |---|---|---|---|--:|--:|--:|--:|--:|\n",
+        "| mesh | training | encoding | numbers | bytes | rms error | largest error | epochs |\n\
+         |---|---|---|---|--:|--:|--:|--:|\n",
     );
     for mesh in meshes {
         for run in runs.iter().filter(|run| run.mesh == *mesh) {
-            let Run { mesh, training, encoding, numbers, bytes, rms, max, epochs, seconds } = run;
+            let Run { mesh, training, encoding, numbers, bytes, rms, max, epochs, .. } = run;
             let (rms, max) = (100.0 * rms, 100.0 * max);
             let _ = writeln!(
                 table,
-                "| {mesh} | {training} | {encoding} | {numbers} | {bytes} | {rms:.3} % | {max:.2} % | {epochs} | {seconds:.1} |"
+                "| {mesh} | {training} | {encoding} | {numbers} | {bytes} | {rms:.3} % | {max:.2} % | {epochs} |"
             );
         }
     }
