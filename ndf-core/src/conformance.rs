@@ -1,27 +1,41 @@
-//! The laws every [`Surface`] must keep, as one function and a macro that makes tests of it.
+//! The laws every [`Surface`] must keep, as functions and a macro that makes tests of them.
 //!
-//! A crate that brings a representation enables the feature `conformance` of ndf-core in its
-//! `dev-dependencies` and writes
+//! A crate that brings a representation writes among its tests
 //!
-//! ```ignore
-//! ndf_core::surface_conformance!(my_surface, MySurface::new(...));
+//! ```
+//! use ndf_core::conformance::Facts;
+//! use ndf_core::{DVec3, analytic::Sphere};
+//!
+//! ndf_core::surface_conformance!(ball, Sphere::UNIT, Facts::closed().through([DVec3::X, -DVec3::Z]));
+//! # Facts::closed().through([DVec3::X]).hold_for(&Sphere::UNIT);
 //! ```
 //!
-//! A law is a test: it panics where the surface breaks it, and says how.
+//! which makes a module `ball` with a test for each law. A law panics where the surface breaks it, and says how.
+//!
+//! A surface alone cannot tell whether it is the one that was meant: [`Facts`] say what is known of it. Without facts a
+//! surface is taken to be closed, and nothing is known of where it lies.
 
-use crate::projection::projected;
+use crate::project::projected;
 use crate::{DVec3, Hint, Inside, Miss, Query, Surface};
 
-/// Makes a module of tests, one for each law, of a surface given by an expression.
+/// Makes a module of tests, one for each law, of a surface given by an expression. The third argument, if there is
+/// one, is what is known of the surface: its [`Facts`].
 #[macro_export]
 macro_rules! surface_conformance {
-    ($name:ident, $surface:expr) => {
+    ($name:ident, $surface:expr $(,)?) => {
+        $crate::surface_conformance!($name, $surface, $crate::conformance::Facts::closed());
+    };
+    ($name:ident, $surface:expr, $facts:expr $(,)?) => {
         mod $name {
             use super::*;
 
             #[test]
             fn feet_lie_on_the_surface() {
                 $crate::conformance::feet_lie_on_the_surface(&$surface);
+            }
+            #[test]
+            fn facts_hold() {
+                $facts.hold_for(&$surface);
             }
             #[test]
             fn projection_is_idempotent() {
@@ -53,6 +67,69 @@ macro_rules! surface_conformance {
             }
         }
     };
+}
+
+/// What is known of a surface beside what it answers.
+#[derive(Clone, Debug, Default)]
+pub struct Facts {
+    open: bool,
+    points: Vec<DVec3>,
+}
+
+/// Share of the points outside the bounds that must see the outside of a closed surface.
+const REQUIRED_FACING: f64 = 0.95;
+
+impl Facts {
+    /// The surface encloses a volume: seen from outside its bounds, normals point to the viewer.
+    pub fn closed() -> Self {
+        Self::default()
+    }
+
+    /// The surface has a boundary, so that both of its sides can be seen from outside.
+    pub fn open() -> Self {
+        Self { open: true, ..Self::default() }
+    }
+
+    /// The surface passes through these points.
+    #[must_use]
+    pub fn through(mut self, points: impl IntoIterator<Item = DVec3>) -> Self {
+        self.points.extend(points);
+        self
+    }
+
+    /// A test: the surface is as these facts say.
+    ///
+    /// # Panics
+    /// If normals of a closed surface point inward, or a known point is farther from its foot than twice the tolerance.
+    pub fn hold_for(&self, surface: &dyn Surface) {
+        let known: Vec<Query> = self.points.iter().map(|&p| Query::at(p)).collect();
+        for (query, foot) in known.iter().zip(projected(surface, &known)) {
+            let p = query.point;
+            let foot = foot.unwrap_or_else(|miss| panic!("{p} of the surface has no foot: {miss}"));
+            let off = foot.point.distance(p);
+            assert!(off <= 2.0 * surface.tolerance(), "{p} of the surface has its foot {off} away: {foot:?}");
+        }
+        if self.open {
+            return;
+        }
+        let bounds = surface.bounds();
+        let mut outside = cloud(surface, 2000);
+        outside.retain(|&p| bounds.distance_squared(p) > 0.0);
+        let queries: Vec<Query> = outside.into_iter().map(Query::at).collect();
+        let feet = projected(surface, &queries);
+        let facing = queries.iter().zip(&feet).filter_map(|(query, foot)| {
+            let foot = foot.ok()?;
+            Some((query.point - foot.point).dot(foot.normal) > 0.0)
+        });
+        let (good, all) = facing.fold((0, 0), |(good, all), facing| (good + usize::from(facing), all + 1));
+        let share = good as f64 / f64::from(all.max(1));
+        assert!(
+            all == 0 || share >= REQUIRED_FACING,
+            "only {:.1} % of the normals seen from outside the bounds point outward; turn them, or say \
+             `Facts::open()` if the surface encloses nothing",
+            100.0 * share
+        );
+    }
 }
 
 /// Share of the queries near the surface that must find a foot.
@@ -192,7 +269,7 @@ pub fn hints_change_nothing(surface: &dyn Surface) {
             queries.iter().enumerate().map(|(i, q)| Query { hint: hint_of(i + shift), ..*q }).collect();
         let mut differing = 0;
         for (i, warm) in projected(surface, &hinted).iter().enumerate() {
-            let distance = |foot: &crate::Projection| foot.map(|f| f.point.distance(queries[i].point)).ok();
+            let distance = |foot: &crate::Answer| foot.map(|f| f.point.distance(queries[i].point)).ok();
             let same = match (distance(warm), distance(&cold[i])) {
                 (Some(a), Some(b)) => (a - b).abs() <= 2.0 * surface.tolerance(),
                 (a, b) => a == b,
@@ -251,12 +328,54 @@ pub fn gradients_agree_with_differences(surface: &dyn Surface) {
     assert!(share >= 0.9, "gradients agree with differences at only {:.1} % of the points", 100.0 * share);
 }
 
-fn assert_same(surface: &dyn Surface, a: &crate::Projection, b: &crate::Projection, query: &Query) {
+fn assert_same(surface: &dyn Surface, a: &crate::Answer, b: &crate::Answer, query: &Query) {
     match (a, b) {
         (Ok(a), Ok(b)) => {
             let apart = a.point.distance(b.point);
             assert!(apart <= 2.0 * surface.tolerance(), "{query:?}: feet {apart} apart: {a:?}, {b:?}");
         }
         _ => assert_eq!(a.is_err(), b.is_err(), "{query:?}: {a:?} against {b:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analytic::Torus;
+    use crate::{Answer, BoundingBox};
+
+    /// The answers of a torus under other normals, without its field.
+    struct Turned(Torus, f64);
+
+    impl Surface for Turned {
+        fn bounds(&self) -> BoundingBox {
+            Surface::bounds(&self.0)
+        }
+
+        fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+            self.0.project(queries, feet);
+            feet.iter_mut().flatten().for_each(|foot| foot.normal *= self.1);
+        }
+    }
+
+    const TORUS: Torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.3 };
+
+    #[test]
+    fn facts_hold_without_a_field() {
+        Facts::closed().through([DVec3::new(1.3, 0.0, 0.0)]).hold_for(&Turned(TORUS, 1.0));
+        Facts::open().hold_for(&Turned(TORUS, -1.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "point outward")]
+    fn inward_normals_are_caught_without_a_field() {
+        Facts::closed().hold_for(&Turned(TORUS, -1.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "has its foot")]
+    fn a_wrong_radius_is_caught_without_a_field() {
+        let thick = Torus { tube: 0.31, ..TORUS };
+        Facts::closed().through([DVec3::new(1.3, 0.0, 0.0)]).hold_for(&Turned(thick, 1.0));
     }
 }

@@ -72,12 +72,12 @@ pub enum Miss {
 }
 
 /// The answer to one [`Query`]. One stray query never fails a batch.
-pub type Projection = Result<Foot, Miss>;
+pub type Answer = Result<Foot, Miss>;
 
 /// A surface of any representation, seen through its projection operator.
 ///
 /// Implementations answer for a slice of queries on the calling thread; callers split large batches over
-/// threads with [`project_all`](crate::projection::project_all). The trait is object-safe; the trainer sees
+/// threads with [`project_all`](crate::project::project_all). The trait is object-safe; the trainer sees
 /// `&dyn Surface` only.
 ///
 /// Contract (checked by [`conformance`](crate::conformance)):
@@ -92,7 +92,7 @@ pub trait Surface: Send + Sync {
     fn bounds(&self) -> BoundingBox;
 
     /// Projects every query; `feet[i]` answers `queries[i]`. The slices have the same length.
-    fn project(&self, queries: &[Query], feet: &mut [Projection]);
+    fn project(&self, queries: &[Query], feet: &mut [Answer]);
 
     /// How far a foot may be from the surface.
     fn tolerance(&self) -> f64 {

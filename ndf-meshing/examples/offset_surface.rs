@@ -5,7 +5,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use ndf_core::{
-    BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, NoProgress, Projection, Query, Surface,
+    Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, NoProgress, Query, Surface,
 };
 use ndf_mesh::io::{read_mesh, write_mesh};
 use ndf_mesh::triangle_tree::TriangleTree;
@@ -20,7 +20,7 @@ impl Surface for Offset {
     fn bounds(&self) -> BoundingBox {
         self.tree.bounds().padded(self.radius)
     }
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let closest = self.tree.closest_point(query.point, query.hint);
             *foot = closest.ok_or(Miss::NotFinite).and_then(|c| {

@@ -196,7 +196,7 @@ fn coarsen(
 mod tests {
     use super::*;
     use crate::test_surfaces::{Sphere, Torus};
-    use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, NoProgress, Projection, Query};
+    use ndf_core::{Answer, BoundingBox, DVec3, ImplicitField, Inside, NoProgress, Query};
     use ndf_mesh::ValidationReport;
     use ndf_mesh::shapes;
 
@@ -236,7 +236,7 @@ mod tests {
         fn bounds(&self) -> BoundingBox {
             BoundingBox { min: DVec3::splat(-1.0), max: DVec3::new(2.5, 1.0, 1.0) }
         }
-        fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+        fn project(&self, queries: &[Query], feet: &mut [Answer]) {
             Sphere(1.0).project(queries, feet);
         }
         fn as_field(&self) -> Option<&dyn ImplicitField> {
@@ -288,7 +288,7 @@ mod tests {
             fn bounds(&self) -> BoundingBox {
                 Surface::bounds(&Sphere(1.0))
             }
-            fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+            fn project(&self, queries: &[Query], feet: &mut [Answer]) {
                 Sphere(1.0).project(queries, feet);
             }
         }

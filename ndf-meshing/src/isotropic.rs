@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{DVec3, Progress, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;

@@ -1,6 +1,6 @@
 //! A fine mesh as the surface its decimated version is fitted to.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::triangle_tree::TriangleTree;
 
@@ -24,7 +24,7 @@ impl Surface for OriginalMesh {
         self.tree.bounds()
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             if !query.point.is_finite() {
                 *foot = Err(Miss::NotFinite);

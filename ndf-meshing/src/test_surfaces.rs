@@ -1,6 +1,6 @@
 //! Surfaces with known answers for the tests.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Query, Surface};
 
 /// A sphere around the origin.
 pub(crate) struct Sphere(pub(crate) f64);
@@ -9,7 +9,7 @@ impl Surface for Sphere {
     fn bounds(&self) -> BoundingBox {
         BoundingBox { min: DVec3::splat(-self.0), max: DVec3::splat(self.0) }
     }
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let normal = query.point.normalize_or(DVec3::X);
             *foot = Ok(Foot { point: normal * self.0, normal, hint: Hint::NONE });
@@ -47,7 +47,7 @@ impl Surface for Torus {
         let corner = DVec3::new(side, side, self.1);
         BoundingBox { min: -corner, max: corner }
     }
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let p = query.point;
             let core = self.0 * DVec3::new(p.x, p.y, 0.0).normalize_or(DVec3::X);

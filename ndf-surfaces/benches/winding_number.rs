@@ -8,7 +8,7 @@
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-use ndf_core::{DVec3, ImplicitField, Projection, Query, Surface};
+use ndf_core::{Answer, DVec3, ImplicitField, Query, Surface};
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::read_mesh;
 use ndf_mesh::sampling::AreaSampler;
@@ -53,7 +53,7 @@ fn bench(name: &str, mesh: &TriangleMesh) {
 
     let surface = MeshSurface::new(mesh).expect("a mesh to measure has faces");
     let mut queries: Vec<Query> = points.iter().map(|&p| Query::at(p)).collect();
-    let mut feet: Vec<Projection> = vec![Err(ndf_core::Miss::OutOfReach); QUERIES];
+    let mut feet: Vec<Answer> = vec![Err(ndf_core::Miss::OutOfReach); QUERIES];
     surface.project(&queries, &mut feet);
     for (query, foot) in queries.iter_mut().zip(&feet) {
         let foot = foot.expect("every finite point has a foot");

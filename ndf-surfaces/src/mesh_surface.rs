@@ -1,6 +1,6 @@
 //! A triangle mesh as a surface, and as a signed distance field.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, Query, Surface};
 use ndf_mesh::{ClosestPoint, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
@@ -139,7 +139,7 @@ impl Surface for MeshSurface {
         self.tree.bounds()
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         // Closest points first, then normals: a loop over independent look-ups hides their cache misses.
         let closest: Vec<Option<ClosestPoint>> =
             queries.iter().map(|query| self.tree.closest_point(query.point, query.hint)).collect();
@@ -212,7 +212,7 @@ impl ImplicitField for MeshSurface {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use ndf_core::projection::projected;
+    use ndf_core::projected;
     use ndf_mesh::shapes;
 
     fn surface(mesh: TriangleMesh) -> MeshSurface {

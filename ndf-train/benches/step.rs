@@ -12,7 +12,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
@@ -30,7 +30,7 @@ impl Surface for Sphere {
         BoundingBox { min: DVec3::NEG_ONE, max: DVec3::ONE }
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             *foot = match query.point.try_normalize() {
                 Some(n) => Ok(Foot { point: n, normal: n, hint: Hint::NONE }),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use dfdx::prelude::*;
 use ndf_core::progress::NoProgress;
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
@@ -61,7 +61,7 @@ impl Surface for Ellipsoid {
         BoundingBox { min: -self.0, max: self.0 }
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let scaled = query.point / self.0;
             *foot = match scaled.try_normalize() {

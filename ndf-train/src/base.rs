@@ -1,6 +1,6 @@
 //! The base mesh of a run as its model will keep it, and what training needs of its faces.
 
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{DVec3, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::{AreaSampler, FaceSample};

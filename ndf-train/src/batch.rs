@@ -1,7 +1,7 @@
 //! The samples of an epoch and where their images come down on the surface.
 
-use ndf_core::projection::project_all;
-use ndf_core::{DVec3, Hint, Miss, Projection, Query, Surface};
+use ndf_core::project_all;
+use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface};
 use ndf_mesh::sampling::{AreaSampler, FaceSample};
 use ndf_model::Similarity;
 
@@ -41,7 +41,7 @@ pub(crate) struct Batch {
     /// Hint of the last foot of every sample.
     pub(crate) hints: Vec<Hint>,
     queries: Vec<Query>,
-    feet: Vec<Projection>,
+    feet: Vec<Answer>,
 }
 
 impl Batch {

@@ -1,7 +1,7 @@
 //! A whole training run, and what came out of it.
 
 use ndf_core::progress::Progress;
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_model::{DisplacementField, Similarity};

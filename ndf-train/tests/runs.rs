@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::FieldShape;
@@ -20,7 +20,7 @@ impl Surface for Sphere {
         BoundingBox { min: DVec3::NEG_ONE, max: DVec3::ONE }
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let normal = query.point.normalize_or_zero();
             let usable = query.point.is_finite() && normal != DVec3::ZERO;

@@ -1,7 +1,7 @@
 //! Training on a surface known by formula.
 
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_train::{Hooks, Settings, TrainError, Trainer, fit, train};
@@ -17,7 +17,7 @@ impl Surface for Sphere {
         BoundingBox { min: CENTER - RADIUS, max: CENTER + RADIUS }
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             let normal = (query.point - CENTER).normalize_or_zero();
             let usable = query.point.is_finite() && normal != DVec3::ZERO;
@@ -112,7 +112,7 @@ fn unusable_settings_and_hopeless_surfaces_are_refused() {
         fn bounds(&self) -> BoundingBox {
             Sphere.bounds()
         }
-        fn project(&self, _queries: &[Query], feet: &mut [Projection]) {
+        fn project(&self, _queries: &[Query], feet: &mut [Answer]) {
             feet.fill(Err(Miss::OutOfReach));
         }
     }
@@ -128,7 +128,7 @@ impl Surface for Rough {
         Sphere.bounds()
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         Sphere.project(queries, feet);
         for foot in feet.iter_mut().flatten() {
             foot.point = CENTER + 0.98 * (foot.point - CENTER);

@@ -5,7 +5,7 @@
 //! feet add up to the least (point to plane; Chen and Medioni 1992). Points of the surface take part with
 //! their feet on the mesh: without them nothing would hold the mesh at the tips of thin parts.
 
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{DVec3, Hint, Query, Surface};
 use ndf_mesh::triangle_tree::TriangleTree;
 use rayon::prelude::*;

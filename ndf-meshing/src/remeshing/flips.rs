@@ -1,6 +1,6 @@
 //! Edge flips towards a Delaunay triangulation that stay close to the surface.
 
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{DVec3, Query, Surface};
 
 use crate::halfedge_mesh::{HalfedgeMesh, previous};

@@ -10,7 +10,7 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, ImplicitField, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Miss, Query, Surface};
 
 use closest_point::Polish;
 use line_search::{Line, search};
@@ -118,7 +118,7 @@ impl<F: ImplicitField> LevelSetSurface<F> {
 
     /// Leads feet whose normals oppose their guides through the wall they lie on, to its other side, where that is
     /// within reach of the guide. Guides come with the numbers of their feet.
-    fn cross_walls(&self, side: &Side<'_, F>, guides: &[(usize, DVec3)], feet: &mut [Projection]) {
+    fn cross_walls(&self, side: &Side<'_, F>, guides: &[(usize, DVec3)], feet: &mut [Answer]) {
         let within = 4.0 * self.search.tolerance;
         let opposed: Vec<(usize, DVec3, DVec3)> = guides
             .iter()
@@ -155,7 +155,7 @@ impl<F: ImplicitField> Surface for LevelSetSurface<F> {
         self.field.bounds()
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         feet.fill(Err(Miss::NotFinite));
         let side = Side::of(&self.field);
         let finite: Vec<usize> = (0..queries.len()).filter(|&i| queries[i].point.is_finite()).collect();

@@ -1,6 +1,6 @@
 use super::*;
 use ndf_core::Inside;
-use ndf_core::projection::projected;
+use ndf_core::projected;
 
 /// A torus around the z axis as a field: `shape` of the signed distance.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! How well a cached projection agrees with the true one.
 
-use ndf_core::projection::projected;
+use ndf_core::projected;
 use ndf_core::{Query, Surface};
 
 /// Distances between the feet of the same queries on two surfaces.

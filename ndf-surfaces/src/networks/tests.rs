@@ -254,7 +254,7 @@ ndf_core::surface_conformance!(octahedral_network, surface(octahedron()));
 #[test]
 fn feet_on_a_network_are_the_closest_points() {
     let query = Query { normal: Some(DVec3::ONE.normalize()), ..Query::at(DVec3::new(0.2, 0.2, 0.2)) };
-    let foot = ndf_core::projection::projected(&surface(octahedron()), &[query])[0].unwrap();
+    let foot = ndf_core::projected(&surface(octahedron()), &[query])[0].unwrap();
     assert!(foot.point.distance(DVec3::splat(0.5 / 3.0)) < 1e-5, "{foot:?}");
 }
 

@@ -1,6 +1,6 @@
 //! A smooth surface through or near points: at every place, a sphere fitted to the points around.
 
-use ndf_core::{BoundingBox, DVec3, Foot, Hint, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use rayon::prelude::*;
 
 use super::cleaning::PointCloud;
@@ -81,7 +81,7 @@ impl MovingSpheres {
     }
 
     /// The foot of one query.
-    fn foot(&self, query: &Query) -> Projection {
+    fn foot(&self, query: &Query) -> Answer {
         if !query.point.is_finite() {
             return Err(Miss::NotFinite);
         }
@@ -147,7 +147,7 @@ impl Surface for MovingSpheres {
         self.bounds
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         for (query, foot) in queries.iter().zip(feet) {
             *foot = self.foot(query);
         }
@@ -269,7 +269,7 @@ impl Sphere {
 mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
-    use ndf_core::projection::projected;
+    use ndf_core::projected;
     use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::{TriangleMesh, shapes};
     use std::sync::LazyLock;

@@ -1,6 +1,6 @@
 //! The surface of a cloud with normals.
 
-use ndf_core::{BoundingBox, DVec3, Foot, ImplicitField, Miss, Projection, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, ImplicitField, Miss, Query, Surface};
 
 use super::cleaning::PointCloud;
 use super::neighbours::{Neighbour, Neighbours};
@@ -59,7 +59,7 @@ impl OrientedCloud {
     }
 
     /// Whether a foot is missing, or so far that the nearest point tells of a nearer one.
-    fn is_astray(&self, query: &Query, foot: &Projection) -> bool {
+    fn is_astray(&self, query: &Query, foot: &Answer) -> bool {
         let detour = DETOUR * self.field().spacing();
         query.point.is_finite()
             && !foot.is_ok_and(|foot| {
@@ -72,7 +72,7 @@ impl OrientedCloud {
     fn project_astray(
         &self,
         queries: &[Query],
-        feet: &mut [Projection],
+        feet: &mut [Answer],
         with_other_guide: impl Fn(&Query) -> Query,
     ) {
         let astray: Vec<usize> =
@@ -94,7 +94,7 @@ impl Surface for OrientedCloud {
         self.level_set.bounds()
     }
 
-    fn project(&self, queries: &[Query], feet: &mut [Projection]) {
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
         let is_usable = |query: &Query| query.normal.is_some_and(|n| n.is_finite() && n != DVec3::ZERO);
         let guided: Vec<Query> = queries
             .iter()
@@ -118,7 +118,7 @@ impl Surface for OrientedCloud {
 mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
-    use ndf_core::projection::projected;
+    use ndf_core::projected;
     use ndf_mesh::sampling::{AreaSampler, FaceSample};
     use ndf_mesh::shapes;
     use ndf_mesh::{TriangleMesh, TriangleTree};

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::{Miss, Projection, Query, Surface};
+use crate::{Answer, Miss, Query, Surface};
 
 /// Queries a thread takes at a time: enough to hide scheduling, few enough to balance.
 const CHUNK: usize = 256;
@@ -11,13 +11,13 @@ const CHUNK: usize = 256;
 ///
 /// # Panics
 /// If the slices differ in length.
-pub fn project_all(surface: &dyn Surface, queries: &[Query], feet: &mut [Projection]) {
+pub fn project_all(surface: &dyn Surface, queries: &[Query], feet: &mut [Answer]) {
     assert_eq!(queries.len(), feet.len());
     queries.par_chunks(CHUNK).zip(feet.par_chunks_mut(CHUNK)).for_each(|(q, f)| surface.project(q, f));
 }
 
 /// As [`project_all`], into a new vector.
-pub fn projected(surface: &dyn Surface, queries: &[Query]) -> Vec<Projection> {
+pub fn projected(surface: &dyn Surface, queries: &[Query]) -> Vec<Answer> {
     let mut feet = vec![Err(Miss::OutOfReach); queries.len()];
     project_all(surface, queries, &mut feet);
     feet
