@@ -1,94 +1,44 @@
 //! Exact polyhedral distances.
 
-use ndf_core::{NoProgress, Progress};
+use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::SurfacePoint;
 
-use crate::propagation::Wavefront;
+use crate::error::GeodesicError;
+use crate::propagation::{Statistics, Wavefront};
 use crate::pseudo_sources::Arrival;
 use crate::sources::Place;
 use crate::windows::Window;
 
 /// What to compute besides distances at vertices, and where to stop.
-pub struct ExactOptions<'a> {
-    /// Keep all windows, which distances at other points than vertices and paths need. Memory then grows with
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExactOptions {
+    /// Keep all windows, which paths and distances at points other than vertices need. Memory then grows with
     /// all windows ever made, by some hundred bytes a window, and not with the front.
     pub keep_windows: bool,
     /// Stop at this distance; what lies beyond stays infinite.
     pub radius: f64,
     /// Stop when the distances of all these points are known; what lies beyond the farthest stays infinite.
     /// Empty to go everywhere.
-    pub targets: &'a [SurfacePoint],
-    /// Watches the work and can stop it.
-    pub progress: &'a dyn Progress,
+    pub targets: Vec<SurfacePoint>,
 }
 
-impl Default for ExactOptions<'_> {
+impl Default for ExactOptions {
     /// Distances at all vertices and nothing else.
     fn default() -> Self {
-        Self { keep_windows: false, radius: f64::INFINITY, targets: &[], progress: &NoProgress }
+        Self { keep_windows: false, radius: f64::INFINITY, targets: Vec::new() }
     }
 }
 
-impl ExactOptions<'_> {
+impl ExactOptions {
     /// Distances everywhere and paths.
     pub fn with_windows() -> Self {
         Self { keep_windows: true, ..Self::default() }
     }
 }
 
-/// Why there are no distances.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GeodesicError {
-    /// No source was given.
-    #[error("geodesic distances need a source")]
-    NoSource,
-    /// A source, target or query is not a point of the mesh.
-    #[error("{point:?} is not a point of the mesh")]
-    NotOnMesh {
-        /// The point.
-        point: SurfacePoint,
-    },
-    /// The observer stopped the work.
-    #[error("cancelled")]
-    Cancelled,
-    /// A query needs the windows, but they were not kept.
-    #[error("distances inside faces and paths need the windows to be kept")]
-    WindowsNotKept,
-    /// A path was asked for to a point that no source reaches.
-    #[error("no source reaches {point:?}")]
-    Unreached {
-        /// The point.
-        point: SurfacePoint,
-    },
-    /// A path could not be followed back: edge lengths are too far from those of a surface.
-    #[error("the path to {point:?} could not be followed back")]
-    PathLost {
-        /// Where it led.
-        point: SurfacePoint,
-    },
-    /// The matrix of the heat method could not be factorised.
-    #[error("the heat method's matrix could not be factorised: {reason}")]
-    Factorisation {
-        /// What failed.
-        reason: String,
-    },
-}
-
-/// What an exact computation took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Windows carried across a face.
-    pub windows: u64,
-    /// The most windows that waited at once.
-    pub peak_windows: usize,
-    /// Bytes of the front's buffers at the end, which never shrink.
-    pub front_bytes: usize,
-    /// Faces crossed and vertices settled, repetitions included.
-    pub tasks: u64,
-}
-
 /// Exact distances from a set of sources.
+#[derive(Clone, Debug)]
 pub struct Geodesics<'a> {
     pub(crate) mesh: &'a IntrinsicMesh,
     pub(crate) sources: Vec<Place>,
@@ -135,7 +85,8 @@ impl Geodesics<'_> {
 pub fn exact_distances<'a>(
     mesh: &'a IntrinsicMesh,
     sources: &[SurfacePoint],
-    options: &ExactOptions<'_>,
+    options: &ExactOptions,
+    progress: &dyn Progress,
 ) -> Result<Geodesics<'a>, GeodesicError> {
     if sources.is_empty() {
         return Err(GeodesicError::NoSource);
@@ -144,7 +95,7 @@ pub fn exact_distances<'a>(
         points.iter().map(|&p| Place::of(mesh, p)).collect()
     };
     let sources = places(sources)?;
-    let targets = places(options.targets)?.into_iter().map(|p| p.as_face_point(mesh)).collect();
+    let targets = places(&options.targets)?.into_iter().map(|p| p.as_face_point(mesh)).collect();
     let mut wavefront = Wavefront::new(mesh, options.radius, targets, options.keep_windows);
     for (number, source) in sources.iter().enumerate() {
         match *source {
@@ -152,7 +103,7 @@ pub fn exact_distances<'a>(
             Place::Face(point) => wavefront.add_face_source(point, number as u32),
         }
     }
-    wavefront.run(options.progress)?;
+    wavefront.run(progress)?;
     let Wavefront { mut distances, arrivals, bound, kept, statistics, .. } = wavefront;
     // Beyond the bound distances are only estimates.
     distances.iter_mut().filter(|d| **d > bound).for_each(|d| *d = f64::INFINITY);

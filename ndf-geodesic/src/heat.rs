@@ -30,13 +30,14 @@ use faer::{Mat, Side};
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 use ndf_mesh::SurfacePoint;
 
-use crate::exact::GeodesicError;
+use crate::error::GeodesicError;
 use crate::sources::Place;
 
 /// Faces without area are widened by this fraction of the mean edge length: cotangents must be finite.
 const MOLLIFICATION: f64 = 1e-8;
 
 /// The factorised heat method of a mesh; see the [module](self).
+#[derive(Clone, Debug)]
 pub struct HeatSolver {
     /// The mesh as given, whose points sources are.
     given: IntrinsicMesh,
@@ -72,7 +73,7 @@ impl HeatSolver {
         let step = time * mean * mean;
         let failed = |reason: String| GeodesicError::Factorisation { reason };
         if !(step.is_finite() && step > 0.0) {
-            return Err(failed(format!("the time step is {step}")));
+            return Err(GeodesicError::TimeStep(step));
         }
         let components = components(&mesh);
         let vertices = mesh.vertex_count();
@@ -233,11 +234,12 @@ fn components(mesh: &IntrinsicMesh) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::{ExactOptions, exact_distances};
+    use ndf_core::NoProgress;
     use ndf_mesh::ManifoldMesh;
     use ndf_mesh::shapes;
 
     fn mean_error(mesh: &IntrinsicMesh, sources: &[SurfacePoint]) -> f64 {
-        let exact = exact_distances(mesh, sources, &ExactOptions::default()).unwrap();
+        let exact = exact_distances(mesh, sources, &ExactOptions::default(), &NoProgress).unwrap();
         let heat = HeatSolver::new(mesh).unwrap().distances(sources).unwrap();
         let max = exact.distances().iter().copied().fold(0.0, f64::max);
         let sum: f64 = heat.iter().zip(exact.distances()).map(|(a, b)| (a - b).abs()).sum();
@@ -287,6 +289,8 @@ mod tests {
         let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(0)).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
         assert_eq!(solver.distances(&[]).unwrap_err(), GeodesicError::NoSource);
-        assert!(HeatSolver::with_time(&mesh, 0.0).is_err());
+        for time in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(HeatSolver::with_time(&mesh, time), Err(GeodesicError::TimeStep(_))));
+        }
     }
 }

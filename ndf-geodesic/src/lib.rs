@@ -7,34 +7,32 @@
 //!   Wardetzky 2013). Its [module](heat) says when to use which.
 //!
 //! ```
-//! use ndf_mesh::{shapes, ManifoldMesh, SurfacePoint};
+//! use ndf_core::NoProgress;
 //! use ndf_geodesic::{ExactOptions, exact_distances};
 //! use ndf_intrinsic::IntrinsicMesh;
+//! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes};
 //!
 //! let cube = ManifoldMesh::try_from(shapes::cube(1)).expect("a cube is a manifold");
 //! let mesh = IntrinsicMesh::of_mesh(&cube);
 //! let source = SurfacePoint::Face { face: 0, barycentric: [0.5, 0.5, 0.0] };
-//! let geodesics = exact_distances(&mesh, &[source], &ExactOptions::with_windows())?;
+//! let geodesics = exact_distances(&mesh, &[source], &ExactOptions::with_windows(), &NoProgress)?;
 //! assert_eq!(geodesics.unreached(), 0);
 //! let path = geodesics.path_to(SurfacePoint::Vertex(7))?;
 //! assert_eq!(path.length, geodesics.distances()[7]);
 //! # Ok::<(), ndf_geodesic::GeodesicError>(())
 //! ```
-//!
-//! # How windows travel
-//! Windows wait in [lists](envelope) at the half-edges through which they [enter faces](windows). The
-//! [wavefront](propagation) takes the nearest list, lets the edge's vertices rule out what they can, carries
-//! it [across the face](unfolding) and adds the two lists that result to those waiting there. Vertices it
-//! reaches become [pseudo-sources](pseudo_sources) where shortest paths can bend.
 
-// The private modules are named above for readers of the source.
-#![allow(rustdoc::private_intra_doc_links)]
+// How windows travel: they wait in lists (envelope.rs) at the half-edges through which they enter faces (windows.rs).
+// The wavefront (propagation.rs) takes the nearest list, lets the edge's vertices rule out what they can, carries it
+// across the face (unfolding.rs) and adds the two lists that result to those waiting there. Vertices that it reaches
+// become pseudo-sources (pseudo_sources.rs) where shortest paths can bend.
 
 mod envelope;
-pub mod exact;
+mod error;
+mod exact;
 mod front;
 pub mod heat;
-pub mod paths;
+mod paths;
 mod pending;
 mod propagation;
 mod pseudo_sources;
@@ -43,6 +41,8 @@ mod sources;
 mod unfolding;
 mod windows;
 
-pub use exact::{ExactOptions, GeodesicError, Geodesics, Statistics, exact_distances};
+pub use error::GeodesicError;
+pub use exact::{ExactOptions, Geodesics, exact_distances};
 pub use heat::HeatSolver;
 pub use paths::Path;
+pub use propagation::Statistics;

@@ -7,7 +7,8 @@ use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
-use crate::exact::{GeodesicError, Geodesics};
+use crate::error::GeodesicError;
+use crate::exact::Geodesics;
 use crate::pseudo_sources::Root;
 use crate::queries::Piece;
 use crate::sources::Place;

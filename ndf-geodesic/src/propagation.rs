@@ -8,7 +8,7 @@ use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;
 
 use crate::envelope::{cut_by_left_rival, cut_by_right_rival, cut_by_tail, cut_by_tip};
-use crate::exact::{GeodesicError, Statistics};
+use crate::error::GeodesicError;
 use crate::front::{Front, Task};
 use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Emission, FLAT_FACES, Root, cast, emit_windows};
@@ -18,6 +18,20 @@ use crate::windows::{TIE, Window};
 
 /// Tasks between two looks at the observer.
 const TASKS_PER_REPORT: u64 = 4096;
+
+/// What an exact computation took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
+pub struct Statistics {
+    /// Windows carried across a face.
+    pub windows: u64,
+    /// The largest number of windows that waited at once.
+    pub peak_windows: usize,
+    /// Bytes of the front's buffers at the end, which never shrink.
+    pub front_bytes: usize,
+    /// Faces crossed and vertices settled, repetitions included.
+    pub tasks: u64,
+}
 
 pub(crate) struct Wavefront<'a> {
     mesh: &'a IntrinsicMesh,

@@ -3,7 +3,8 @@
 use ndf_intrinsic::NO_HALFEDGE;
 use ndf_mesh::SurfacePoint;
 
-use crate::exact::{GeodesicError, Geodesics};
+use crate::error::GeodesicError;
+use crate::exact::Geodesics;
 use crate::pseudo_sources::Arrival;
 use crate::sources::{FacePoint, Place};
 use crate::unfolding::Layout;

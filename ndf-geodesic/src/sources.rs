@@ -3,7 +3,7 @@
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 use ndf_mesh::SurfacePoint;
 
-use crate::exact::GeodesicError;
+use crate::error::GeodesicError;
 use crate::unfolding::Layout;
 
 /// Barycentric coordinates may be this far from non-negative and from summing to 1.

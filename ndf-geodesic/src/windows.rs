@@ -22,7 +22,7 @@ pub(crate) struct Window {
     pub(crate) depth: f64,
     /// Distance of the root from its source.
     pub(crate) offset: f64,
-    /// What the root is; see [`Root`](crate::pseudo_sources::Root).
+    /// What the root is: an encoded `Root`.
     pub(crate) root: u32,
 }
 

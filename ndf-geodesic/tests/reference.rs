@@ -10,6 +10,7 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use common::subdivided;
+use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::repair;
@@ -54,7 +55,9 @@ fn distances_agree_with_the_reference_on_every_mesh() {
                 continue;
             }
         };
-        let geodesics = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+        let geodesics =
+            exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
+                .unwrap();
         let d = geodesics.distances();
         let finite = || d.iter().copied().filter(|d| d.is_finite());
         let max = finite().fold(0.0, f64::max);
@@ -94,7 +97,9 @@ fn subdivision_changes_no_distance() {
         let Ok(fine) = ManifoldMesh::try_from(fine) else { continue };
         let Ok(mesh) = ManifoldMesh::try_from(mesh) else { continue };
         let (mesh, fine) = (IntrinsicMesh::of_mesh(&mesh), IntrinsicMesh::of_mesh(&fine));
-        let run = |m| exact_distances(m, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+        let run = |m| {
+            exact_distances(m, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap()
+        };
         let (coarse, fine) = (run(&mesh), run(&fine));
         let error = coarse
             .distances()

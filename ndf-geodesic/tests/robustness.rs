@@ -7,7 +7,7 @@ mod common;
 
 use common::subdivided;
 use ndf_core::DVec3;
-use ndf_core::progress::Progress;
+use ndf_core::progress::{NoProgress, Progress};
 use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::shapes;
@@ -21,7 +21,10 @@ fn intrinsic(mesh: &TriangleMesh) -> IntrinsicMesh {
 }
 
 fn from_vertex(mesh: &IntrinsicMesh, v: u32) -> Vec<f64> {
-    exact_distances(mesh, &[SurfacePoint::Vertex(v)], &ExactOptions::default()).unwrap().distances().to_vec()
+    exact_distances(mesh, &[SurfacePoint::Vertex(v)], &ExactOptions::default(), &NoProgress)
+        .unwrap()
+        .distances()
+        .to_vec()
 }
 
 #[test]
@@ -35,9 +38,13 @@ fn a_finely_subdivided_cube_is_exact() {
         |m: &TriangleMesh| m.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
     let d = from_vertex(&mesh, corner(&cube));
     let small = shapes::cube(1);
-    let truth =
-        exact_distances(&coarse, &[SurfacePoint::Vertex(corner(&small))], &ExactOptions::with_windows())
-            .unwrap();
+    let truth = exact_distances(
+        &coarse,
+        &[SurfacePoint::Vertex(corner(&small))],
+        &ExactOptions::with_windows(),
+        &NoProgress,
+    )
+    .unwrap();
     let small = ManifoldMesh::try_from(small).unwrap();
     let tree = ndf_mesh::TriangleTree::new(small.as_triangle_mesh());
     let mut worst: f64 = 0.0;
@@ -143,7 +150,8 @@ fn slivers_leave_nothing_unreached() {
         .fold(f64::INFINITY, f64::min);
     assert!(needle < 1e-5, "the fixture has slivers: {needle}");
     let geodesics =
-        exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+        exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows(), &NoProgress)
+            .unwrap();
     assert_eq!(geodesics.unreached(), 0);
     let from = mesh.positions()[0].normalize();
     for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
@@ -196,7 +204,8 @@ fn windows_that_start_where_they_end_are_no_windows() {
             SurfacePoint::Face { face: 2 * quads, barycentric: [0.25, 0.25, 0.5] },
             SurfacePoint::Face { face: 2 * quads + 1, barycentric: [0.5, 0.5, 0.0] },
         ] {
-            let geodesics = exact_distances(&intrinsic, &[source], &ExactOptions::with_windows()).unwrap();
+            let geodesics =
+                exact_distances(&intrinsic, &[source], &ExactOptions::with_windows(), &NoProgress).unwrap();
             assert_eq!(geodesics.unreached(), 0);
             // The folds of the second surface are straight: it unrolls to a plane, wider by √2.
             let unrolled = |p: DVec3| DVec3::new(p.x * stretch, p.y, 0.0);
@@ -223,9 +232,13 @@ fn edges_without_length_and_flat_faces_are_crossed() {
     let intrinsic = IntrinsicMesh::of_mesh(&mesh);
     assert!(intrinsic.lengths().contains(&0.0));
     for source in [0, 12, 300] {
-        let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows())
-                .unwrap();
+        let geodesics = exact_distances(
+            &intrinsic,
+            &[SurfacePoint::Vertex(source)],
+            &ExactOptions::with_windows(),
+            &NoProgress,
+        )
+        .unwrap();
         assert_eq!(geodesics.unreached(), 0);
         for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
             let truth = p.distance(mesh.positions()[source as usize]);
@@ -246,7 +259,7 @@ fn coinciding_sources_are_one() {
     let corner = SurfacePoint::Face { face: 3, barycentric: [0.0, 1.0, 0.0] };
     let at_corner = SurfacePoint::Vertex(mesh.tail(10));
     let run = |sources: &[SurfacePoint]| {
-        exact_distances(&mesh, sources, &ExactOptions::default()).unwrap().distances().to_vec()
+        exact_distances(&mesh, sources, &ExactOptions::default(), &NoProgress).unwrap().distances().to_vec()
     };
     let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13);
     assert!(close(&run(&[face]), &run(&[face, face, face])));
@@ -277,7 +290,8 @@ fn other_components_are_unreached() {
     faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
     let mesh = intrinsic(&TriangleMesh::new(positions, faces).unwrap());
     let geodesics =
-        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows()).unwrap();
+        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows(), &NoProgress)
+            .unwrap();
     assert_eq!(geodesics.unreached(), n as usize);
     assert!(geodesics.distances()[n as usize..].iter().all(|d| *d == f64::INFINITY));
     let far = SurfacePoint::Vertex(n + 3);
@@ -290,10 +304,10 @@ fn other_components_are_unreached() {
 fn radius_and_targets_stop_the_front_and_change_no_distance() {
     let mesh = intrinsic(&shapes::trefoil_knot(200, 16, 0.2));
     let source = [SurfacePoint::Face { face: 100, barycentric: [0.3, 0.3, 0.4] }];
-    let full = exact_distances(&mesh, &source, &ExactOptions::with_windows()).unwrap();
+    let full = exact_distances(&mesh, &source, &ExactOptions::with_windows(), &NoProgress).unwrap();
     for radius in [0.05, 0.7, 2.0] {
         let options = ExactOptions { radius, ..ExactOptions::default() };
-        let near = exact_distances(&mesh, &source, &options).unwrap();
+        let near = exact_distances(&mesh, &source, &options, &NoProgress).unwrap();
         for (a, b) in near.distances().iter().zip(full.distances()) {
             assert!(if *b <= radius { (a - b).abs() < 1e-13 } else { *a == f64::INFINITY });
         }
@@ -305,8 +319,8 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
         SurfacePoint::Face { face: 110, barycentric: [0.1, 0.1, 0.8] },
         source[0],
     ] {
-        let options = ExactOptions { targets: &[target], ..ExactOptions::with_windows() };
-        let near = exact_distances(&mesh, &source, &options).unwrap();
+        let options = ExactOptions { targets: vec![target], ..ExactOptions::with_windows() };
+        let near = exact_distances(&mesh, &source, &options, &NoProgress).unwrap();
         let d = near.distance_at(target).unwrap();
         assert!((d - full.distance_at(target).unwrap()).abs() < 1e-13);
         assert!(near.statistics().windows < full.statistics().windows);
@@ -320,7 +334,9 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
 #[test]
 fn bad_requests_are_errors() {
     let mesh = intrinsic(&shapes::icosphere(1));
-    let run = |sources: &[SurfacePoint]| exact_distances(&mesh, sources, &ExactOptions::default()).err();
+    let run = |sources: &[SurfacePoint]| {
+        exact_distances(&mesh, sources, &ExactOptions::default(), &NoProgress).err()
+    };
     assert_eq!(run(&[]), Some(GeodesicError::NoSource));
     for point in [
         SurfacePoint::Vertex(42),
@@ -334,7 +350,8 @@ fn bad_requests_are_errors() {
     }
     let nan = SurfacePoint::Face { face: 0, barycentric: [f64::NAN, 0.5, 0.5] };
     assert!(matches!(run(&[nan]), Some(GeodesicError::NotOnMesh { .. })));
-    let bare = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+    let bare =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap();
     assert_eq!(bare.path_to(SurfacePoint::Vertex(3)).unwrap_err(), GeodesicError::WindowsNotKept);
     let inside = SurfacePoint::Face { face: 0, barycentric: [0.5, 0.25, 0.25] };
     assert_eq!(bare.distance_at(inside).unwrap_err(), GeodesicError::WindowsNotKept);
@@ -353,8 +370,8 @@ impl Progress for Impatient {
 #[test]
 fn the_observer_can_cancel_and_runs_repeat() {
     let mesh = intrinsic(&shapes::torus(60, 40, 1.0, 0.4));
-    let options = ExactOptions { progress: &Impatient, ..ExactOptions::default() };
-    let error = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &options).err();
+    let error =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &Impatient).err();
     assert_eq!(error, Some(GeodesicError::Cancelled));
     assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
 }
@@ -388,8 +405,13 @@ fn subdivision_changes_no_distance_on_noise_of_any_kind() {
         let mesh = ManifoldMesh::try_from(mesh).unwrap();
         let coarse = IntrinsicMesh::of_mesh(&mesh);
         let source = rng.random_range(0..mesh.vertex_count() as u32);
-        let geodesics =
-            exact_distances(&coarse, &[SurfacePoint::Vertex(source)], &ExactOptions::with_windows()).unwrap();
+        let geodesics = exact_distances(
+            &coarse,
+            &[SurfacePoint::Vertex(source)],
+            &ExactOptions::with_windows(),
+            &NoProgress,
+        )
+        .unwrap();
         let max = geodesics.distances().iter().copied().fold(0.0, f64::max);
         for (v, (a, b)) in geodesics.distances().iter().zip(from_vertex(&fine, source)).enumerate() {
             assert!((a - b).abs() < 1e-12 * max, "{seed}, vertex {v}: {a} {b}");

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use ndf_core::DVec3;
+use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, Geodesics, exact_distances};
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
 use ndf_mesh::shapes;
@@ -18,7 +18,7 @@ fn manifold(mesh: TriangleMesh) -> ManifoldMesh {
 }
 
 fn run<'a>(mesh: &'a IntrinsicMesh, sources: &[SurfacePoint]) -> Geodesics<'a> {
-    exact_distances(mesh, sources, &ExactOptions::with_windows()).unwrap()
+    exact_distances(mesh, sources, &ExactOptions::with_windows(), &NoProgress).unwrap()
 }
 
 fn random_point(mesh: &IntrinsicMesh, rng: &mut ChaCha8Rng) -> SurfacePoint {
@@ -109,7 +109,8 @@ fn spheres_and_cylinders_converge() {
         let mesh = manifold(shapes::icosphere(level));
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
         let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
+                .unwrap();
         let from = mesh.positions()[0];
         let error = mesh.positions().iter().zip(geodesics.distances());
         errors.push(error.map(|(p, d)| (d - p.dot(from).clamp(-1.0, 1.0).acos()).abs()).fold(0.0, f64::max));
@@ -130,7 +131,8 @@ fn spheres_and_cylinders_converge() {
         let mesh = manifold(tube);
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
         let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default()).unwrap();
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
+                .unwrap();
         let worst = mesh
             .positions()
             .iter()
@@ -409,7 +411,8 @@ fn graphs_bound_from_above_and_come_near() {
         let mesh = bumpy(seed);
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
         let exact =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default()).unwrap();
+            exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default(), &NoProgress)
+                .unwrap();
         for (k, gap) in [(1, 0.2), (20, 0.006)] {
             for (v, bound) in graph_distances(&mesh, 3, k).into_iter().enumerate() {
                 let d = exact.distances()[v];

@@ -53,7 +53,7 @@ impl Reference {
         let similarity = Similarity::to_box(&mesh.bounds());
         let distances = |place: DVec3| -> Result<Distances, String> {
             let source = closest(&mesh, &tree, similarity.to_world(place)).map_err(|e| e.to_string())?;
-            let found = exact_distances(&intrinsic, &[source], &ExactOptions::default());
+            let found = exact_distances(&intrinsic, &[source], &ExactOptions::default(), &NoProgress);
             let found = found.map_err(|e| e.to_string())?;
             let stride = (mesh.vertex_count() / TARGETS).max(1);
             let targets = mesh.positions().iter().copied().zip(found.distances().iter().copied());
@@ -95,8 +95,8 @@ impl Reference {
         let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
         // Sums of errors and of distances.
         let sums = |Distances { source, targets }: &Distances| -> Result<(f64, f64), String> {
-            let found =
-                exact_distances(intrinsic, &[closest(*source)?], &options).map_err(|e| e.to_string())?;
+            let found = exact_distances(intrinsic, &[closest(*source)?], &options, &NoProgress)
+                .map_err(|e| e.to_string())?;
             let distance_at = |point: SurfacePoint| {
                 if is_fine {
                     let (face, weights) = point.in_some_face(mesh);

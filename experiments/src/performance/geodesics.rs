@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::Args;
-use ndf_core::DVec3;
+use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::write_mesh;
@@ -56,8 +56,8 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     write_rival_files(&manifold, &scratch)?;
     drop(manifold);
     let source = [SurfacePoint::Vertex(0)];
-    let exact = |options: &ExactOptions<'_>| {
-        exact_distances(&mesh, &source, options).map_err(|e| format!("{}: {e}", arguments.mesh))
+    let exact = |options: &ExactOptions| {
+        exact_distances(&mesh, &source, options, &NoProgress).map_err(|e| format!("{}: {e}", arguments.mesh))
     };
 
     forget_peak();

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
@@ -125,7 +126,8 @@ fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
     let side = |v: &u32| surface.positions()[*v as usize].element_sum();
     let source = (0..surface.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
     let mesh = IntrinsicMesh::of_mesh(surface);
-    let found = exact_distances(&mesh, &[SurfacePoint::Vertex(source)], &ExactOptions::default())?;
+    let found =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(source)], &ExactOptions::default(), &NoProgress)?;
     let values = found.distances().iter().map(|&d| d as f32).collect();
     Ok(VertexScalars { name: "distance".to_owned(), values })
 }

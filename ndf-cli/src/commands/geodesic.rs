@@ -126,11 +126,14 @@ fn measured(
     target: Option<SurfacePoint>,
     progress: &ShownProgress,
 ) -> Result<(Vec<f64>, Option<Path>), GeodesicError> {
-    let options = ExactOptions { progress, ..ExactOptions::default() };
+    let options = ExactOptions::default();
     let distances = match method {
-        Method::Exact if target.is_none() => exact_distances(mesh, sources, &options)?.distances().to_vec(),
+        Method::Exact if target.is_none() => {
+            exact_distances(mesh, sources, &options, progress)?.distances().to_vec()
+        }
         Method::Exact => {
-            let geodesics = exact_distances(mesh, sources, &ExactOptions { keep_windows: true, ..options })?;
+            let geodesics =
+                exact_distances(mesh, sources, &ExactOptions { keep_windows: true, ..options }, progress)?;
             let path = target.map(|t| geodesics.path_to(t)).transpose()?;
             return Ok((geodesics.distances().to_vec(), path));
         }
@@ -139,9 +142,8 @@ fn measured(
     let path = match target {
         // The heat method has no paths of its own; the exact one need go no farther than the target.
         Some(target) => {
-            let targets = [target];
-            let options = ExactOptions { keep_windows: true, targets: &targets, ..options };
-            Some(exact_distances(mesh, sources, &options)?.path_to(target)?)
+            let options = ExactOptions { keep_windows: true, targets: vec![target], ..options };
+            Some(exact_distances(mesh, sources, &options, progress)?.path_to(target)?)
         }
         None => None,
     };

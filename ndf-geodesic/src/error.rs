@@ -1,0 +1,45 @@
+//! What can go wrong.
+
+use ndf_mesh::SurfacePoint;
+
+/// Why there are no distances, or no path.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GeodesicError {
+    /// No source was given.
+    #[error("geodesic distances need a source")]
+    NoSource,
+    /// A source, target or query is not a point of the mesh.
+    #[error("{point:?} is not a point of the mesh")]
+    NotOnMesh {
+        /// The point.
+        point: SurfacePoint,
+    },
+    /// The observer stopped the work.
+    #[error("cancelled")]
+    Cancelled,
+    /// A query needs the windows, but they were not kept.
+    #[error("distances inside faces and paths need the windows to be kept")]
+    WindowsNotKept,
+    /// A path was asked for to a point that no source reaches.
+    #[error("no source reaches {point:?}")]
+    Unreached {
+        /// The point.
+        point: SurfacePoint,
+    },
+    /// A path could not be followed back: edge lengths are too far from those of a surface.
+    #[error("the path to {point:?} could not be followed back")]
+    PathLost {
+        /// Where it led.
+        point: SurfacePoint,
+    },
+    /// The time step of the heat method is not a positive number.
+    #[error("the time step must be a positive number, not {0}")]
+    TimeStep(f64),
+    /// A matrix of the heat method could not be factorised.
+    #[error("the heat method's matrix could not be factorised: {reason}")]
+    Factorisation {
+        /// What failed.
+        reason: String,
+    },
+}
