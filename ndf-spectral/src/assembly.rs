@@ -1,17 +1,13 @@
 //! Assembly of symmetric sparse matrices from contributions of triangles.
 
-use nalgebra_sparse::pattern::SparsityPattern;
-use nalgebra_sparse::{CsrMatrix, SparseEntry};
+use crate::csr::CsrMatrix;
 
 /// A contribution to the entries (i, j) and (j, i); to twice the diagonal where `i = j`.
 pub(crate) type Coupling = (u32, u32, f64);
 
 /// The symmetric matrix of a diagonal and couplings, which sum where they meet. Every diagonal entry is stored.
 /// Time and memory linear in the couplings.
-pub(crate) fn symmetric(
-    diagonal: &[f64],
-    couplings: impl Iterator<Item = Coupling> + Clone,
-) -> CsrMatrix<f64> {
+pub(crate) fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = Coupling> + Clone) -> CsrMatrix {
     // Two stable counting sorts, by column and then by row, leave the columns of every row ascending. As the matrix
     // is symmetric, rows and columns have the same counts.
     let n = diagonal.len();
@@ -65,34 +61,15 @@ pub(crate) fn symmetric(
         }
         offsets.push(columns.len());
     }
-    let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, columns)
-        .expect("columns ascend within every row");
-    CsrMatrix::try_from_pattern_and_values(pattern, values).expect("one value an entry")
-}
-
-/// `a + factor · b` for a pattern of `b` that is part of that of `a`. O(entries).
-pub(crate) fn combination(a: &CsrMatrix<f64>, factor: f64, b: &CsrMatrix<f64>) -> CsrMatrix<f64> {
-    let mut sum = a.clone();
-    let (offsets, columns, values) = sum.csr_data_mut();
-    for (i, row) in b.row_iter().enumerate() {
-        let mut slot = offsets[i];
-        for (&column, &value) in row.col_indices().iter().zip(row.values()) {
-            while columns[slot] != column {
-                slot += 1;
-            }
-            values[slot] += factor * value;
-        }
-    }
-    sum
+    CsrMatrix::new(n, offsets, columns, values).expect("columns ascend within every row")
 }
 
 /// The symmetric matrix with rows and columns in another order: row `i` is row `order[i]` of the given one, and
 /// `position` is the inverse of `order`. O(entries).
-pub(crate) fn permuted(matrix: &CsrMatrix<f64>, order: &[usize], position: &[usize]) -> CsrMatrix<f64> {
-    let diagonal: Vec<f64> =
-        order.iter().map(|&i| matrix.get_entry(i, i).map_or(0.0, SparseEntry::into_value)).collect();
-    let above = matrix.triplet_iter().filter(|(i, j, _)| i < j);
-    symmetric(&diagonal, above.map(|(i, j, &value)| (position[i] as u32, position[j] as u32, value)))
+pub(crate) fn permuted(matrix: &CsrMatrix, order: &[usize], position: &[usize]) -> CsrMatrix {
+    let diagonal: Vec<f64> = order.iter().map(|&i| matrix.get(i, i).unwrap_or(0.0)).collect();
+    let above = matrix.entries().filter(|(i, j, _)| i < j);
+    symmetric(&diagonal, above.map(|(i, j, value)| (position[i] as u32, position[j] as u32, value)))
 }
 
 #[cfg(test)]
@@ -103,16 +80,13 @@ mod tests {
     fn contributions_meet_in_sorted_rows() {
         let couplings = [(2, 0, 1.0), (0, 1, 2.0), (0, 2, 4.0), (1, 1, 8.0)];
         let matrix = symmetric(&[1.0, 0.0, 3.0], couplings.into_iter());
-        assert_eq!(matrix.row_offsets(), [0, 3, 5, 7]);
-        assert_eq!(matrix.col_indices(), [0, 1, 2, 0, 1, 0, 2]);
+        assert_eq!(matrix.offsets(), [0, 3, 5, 7]);
+        assert_eq!(matrix.columns(), [0, 1, 2, 0, 1, 0, 2]);
         assert_eq!(matrix.values(), [1.0, 2.0, 5.0, 2.0, 16.0, 5.0, 3.0]);
-        let sum = combination(&matrix, 2.0, &symmetric(&[1.0, 2.0, 3.0], std::iter::empty()));
-        assert_eq!(sum.values(), [3.0, 2.0, 5.0, 2.0, 20.0, 5.0, 9.0]);
         let (order, position) = ([2, 0, 1], [1, 2, 0]);
         let moved = permuted(&matrix, &order, &position);
         for (i, j) in [(0, 0), (0, 1), (1, 2), (2, 2), (0, 2)] {
-            let entry = |matrix: &CsrMatrix<f64>, i, j| matrix.get_entry(i, j).map(SparseEntry::into_value);
-            assert_eq!(entry(&moved, i, j), entry(&matrix, order[i], order[j]));
+            assert_eq!(moved.get(i, j), matrix.get(order[i], order[j]));
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Connected components, whose indicator functions span the kernel of the Laplacian.
 
-use nalgebra_sparse::CsrMatrix;
-
+use crate::csr::CsrMatrix;
 use crate::panel::{Row, WIDTH};
 
 /// The connected components of a surface and their areas.
@@ -15,8 +14,8 @@ pub struct Components {
 
 impl Components {
     /// Components of the graph of the Laplacian; areas by the mass matrix. O(n).
-    pub fn new(laplacian: &CsrMatrix<f64>, mass: &CsrMatrix<f64>) -> Self {
-        let n = laplacian.nrows();
+    pub fn new(laplacian: &CsrMatrix, mass: &CsrMatrix) -> Self {
+        let n = laplacian.row_count();
         let mut of_vertex = vec![u32::MAX; n];
         let mut areas = Vec::new();
         let mut pending = Vec::new();
@@ -29,8 +28,8 @@ impl Components {
             of_vertex[seed] = component;
             pending.push(seed);
             while let Some(v) = pending.pop() {
-                area += mass.row(v).values().iter().sum::<f64>();
-                for &w in laplacian.row(v).col_indices() {
+                area += mass.row(v).1.iter().sum::<f64>();
+                for &w in laplacian.row(v).0 {
                     if of_vertex[w] == u32::MAX {
                         of_vertex[w] = component;
                         pending.push(w);

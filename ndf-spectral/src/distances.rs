@@ -39,8 +39,8 @@ impl Modes {
             SpectralDistance::Commute => Box::new(f64::recip),
             SpectralDistance::Biharmonic => Box::new(|lambda| lambda.powi(-2)),
         };
-        let mut squares = vec![0.0; self.functions.nrows()];
-        for (function, &lambda) in self.functions.column_iter().zip(&self.eigenvalues) {
+        let mut squares = vec![0.0; self.functions.vertex_count()];
+        for (function, &lambda) in self.functions.iter().zip(&self.eigenvalues) {
             let (weight, from) = (weight(lambda), function[source]);
             for (square, x) in squares.iter_mut().zip(function.iter()) {
                 // Differences of functions that are constant there: zero, also times infinity.

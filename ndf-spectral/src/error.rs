@@ -3,10 +3,11 @@
 use crate::modes::Modes;
 
 /// Why a spectral computation failed.
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpectralError {
     /// More modes were asked for than there are vertices.
-    #[error("{asked} modes of a surface with {vertices} vertices")]
+    #[error("{asked} modes requested, but the surface has only {vertices} vertices")]
     TooManyModes {
         /// How many were asked for.
         asked: usize,
@@ -33,8 +34,8 @@ pub enum SpectralError {
     /// The shifted operator is not numerically positive definite.
     #[error("the shifted operator is not positive definite: the mesh is too distorted for double precision")]
     NotPositiveDefinite,
-    /// Memory for the factorization could not be had.
-    #[error("not enough memory to factor a matrix of {0} rows")]
+    /// Memory for the factorisation could not be had.
+    #[error("not enough memory to factorise a matrix of {0} rows")]
     OutOfMemory(usize),
     /// The iteration ended before all modes were found; those found are here.
     #[error("{} of {asked} modes converged in {applications} applications of the operator", found.len())]

@@ -1,17 +1,16 @@
 //! Functions on a surface as sums of modes (Taubin 1995; Vallet and Lévy 2008).
 
-use nalgebra_sparse::na::{DMatrix, DVector};
-
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::modes::Modes;
 
 impl Modes {
-    /// Coefficients `Φᵀ M u` of functions (V × any) in the modes. The operator is that of the modes.
+    /// The coefficients `⟨φ, u⟩ = φᵀ M u` of a function in the modes. The operator is that of the modes.
     ///
     /// # Panics
     /// If there is not one value for every vertex.
-    pub fn coefficients(&self, operator: &LaplaceBeltrami, functions: &DMatrix<f64>) -> DMatrix<f64> {
-        self.functions.tr_mul(&(operator.mass() * functions))
+    pub fn coefficients(&self, operator: &LaplaceBeltrami, values: &[f64]) -> Vec<f64> {
+        let massed = operator.mass().multiply(values);
+        self.functions.iter().map(|function| function.iter().zip(&massed).map(|(f, m)| f * m).sum()).collect()
     }
 
     /// The function of coefficients weighted by a filter of the eigenvalue: `Σ h(λ) ⟨φ, u⟩ φ`. With `h = 1` the nearest
@@ -26,14 +25,15 @@ impl Modes {
         values: &[f64],
         filter: impl Fn(f64) -> f64,
     ) -> Vec<f64> {
-        assert_eq!(values.len(), self.functions.nrows());
-        let mut coefficients =
-            self.coefficients(operator, &DMatrix::from_column_slice(values.len(), 1, values));
-        for (coefficient, &lambda) in coefficients.iter_mut().zip(&self.eigenvalues) {
-            *coefficient *= filter(lambda);
+        let coefficients = self.coefficients(operator, values);
+        let mut filtered = vec![0.0; values.len()];
+        for ((function, coefficient), &lambda) in
+            self.functions.iter().zip(coefficients).zip(&self.eigenvalues)
+        {
+            let weight = filter(lambda) * coefficient;
+            filtered.iter_mut().zip(function).for_each(|(x, f)| *x += weight * f);
         }
-        let filtered: DVector<f64> = &self.functions * coefficients.column(0);
-        filtered.as_slice().to_vec()
+        filtered
     }
 
     /// The part of a function in modes up to a cutoff eigenvalue: [`filtered`](Self::filtered) by a step.

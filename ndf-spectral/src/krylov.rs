@@ -12,17 +12,13 @@
 //! The kernel of L is known (constants on components) and kept out of the space: what remains has eigenvalues of one
 //! order of magnitude, however small the shift.
 
-use faer::Par;
-use faer::diag::Diag;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd;
-use faer::mat::Mat;
-use nalgebra_sparse::CsrMatrix;
-use nalgebra_sparse::na::DMatrix;
+use faer::Mat;
 
 use crate::assembly::permuted;
 use crate::components::Components;
-use crate::factorization::Cholesky;
+use crate::csr::CsrMatrix;
+use crate::dense;
+use crate::factorisation::Cholesky;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
 use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, products_through, transform};
@@ -31,14 +27,14 @@ use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, produ
 pub(crate) struct KrylovSpace<'a> {
     inverse: &'a Cholesky,
     /// The mass matrix and the components in the factor's order.
-    mass: CsrMatrix<f64>,
+    mass: CsrMatrix,
     components: Components,
     /// M-orthonormal functions that span the space, and the next block last.
     basis: Vec<Panel>,
     /// The operator on the span; the upper triangle is meant.
-    projected: DMatrix<f64>,
+    projected: Mat<f64>,
     /// How the image of the last block leaves the space: in the next block.
-    coupling: DMatrix<f64>,
+    coupling: Mat<f64>,
     /// Whether the image of the next block has large parts along all of the basis, not just along its last blocks.
     coupled_to_all: bool,
     /// Products with the mass matrix, kept for their memory.
@@ -51,15 +47,15 @@ pub(crate) struct Ritz {
     /// Values θ = 1/(λ + σ).
     pub(crate) values: Vec<f64>,
     /// Coefficients in the basis, a column each.
-    vectors: DMatrix<f64>,
+    vectors: Mat<f64>,
     /// What the image of the vector has outside the space, a column each, in the next block.
-    remainders: DMatrix<f64>,
+    remainders: Mat<f64>,
 }
 
 impl Ritz {
     /// Residual of a pair relative to its value.
     pub(crate) fn residual(&self, i: usize) -> f64 {
-        self.remainders.column(i).norm() / self.values[i].abs()
+        self.remainders.col(i).norm_l2() / self.values[i].abs()
     }
 
     /// How many of the first `wanted` pairs have residuals below a tolerance, up to the first that has not.
@@ -77,8 +73,8 @@ impl<'a> KrylovSpace<'a> {
             mass: permuted(operator.mass(), order, position),
             components: operator.components().permuted(order),
             basis: Vec::new(),
-            projected: DMatrix::zeros(0, 0),
-            coupling: DMatrix::zeros(WIDTH, WIDTH),
+            projected: Mat::zeros(0, 0),
+            coupling: Mat::zeros(WIDTH, WIDTH),
             coupled_to_all: true,
             massed: Panel::new(),
             random: Random::default(),
@@ -98,7 +94,7 @@ impl<'a> KrylovSpace<'a> {
         self.basis.pop();
         let block = self.fresh_block();
         self.basis.push(block);
-        self.coupling.fill(0.0);
+        self.coupling.as_mut().fill(0.0);
         self.coupled_to_all = true;
     }
 
@@ -119,7 +115,7 @@ impl<'a> KrylovSpace<'a> {
     }
 
     /// Takes the means and the part along the basis from functions; returns the coefficients of that part.
-    fn orthogonalise(&mut self, functions: &mut Panel) -> DMatrix<f64> {
+    fn orthogonalise(&mut self, functions: &mut Panel) -> Mat<f64> {
         multiply(&self.mass, functions, &mut self.massed);
         self.components.remove_means(functions, &self.massed);
         let coefficients = products(&self.basis, &self.massed);
@@ -141,11 +137,11 @@ impl<'a> KrylovSpace<'a> {
         let large = products_through(&self.mass, last, std::slice::from_ref(&image));
         add_combination(&mut image, -1.0, last, &large);
         let mut coefficients = self.orthogonalise(&mut image);
-        let mut rows = coefficients.rows_mut(first * WIDTH, large.nrows());
+        let mut rows = coefficients.subrows_mut(first * WIDTH, large.nrows());
         rows += large;
         let grown = size + WIDTH;
-        self.projected.resize_mut(grown, grown, 0.0);
-        self.projected.columns_mut(size, WIDTH).copy_from(&coefficients);
+        self.projected.resize_with(grown, grown, |_, _| 0.0);
+        self.projected.subcols_mut(size, WIDTH).copy_from(&coefficients);
         let mut image = vec![image];
         match orthonormalise(&self.mass, &mut image, WIDTH) {
             Some(triangle) => {
@@ -156,7 +152,7 @@ impl<'a> KrylovSpace<'a> {
                 // The space is invariant, or nearly: go on in directions it has nothing of.
                 let block = self.fresh_block();
                 self.basis.push(block);
-                self.coupling.fill(0.0);
+                self.coupling.as_mut().fill(0.0);
                 self.coupled_to_all = true;
             }
         }
@@ -166,28 +162,10 @@ impl<'a> KrylovSpace<'a> {
     pub(crate) fn ritz(&self) -> Ritz {
         let size = self.size();
         let symmetric = Mat::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))]);
-        let mut eigenvalues = Diag::zeros(size);
-        let mut eigenvectors = Mat::zeros(size, size);
-        let request = evd::self_adjoint_evd_scratch::<f64>(
-            size,
-            evd::ComputeEigenvectors::Yes,
-            Par::Seq,
-            Default::default(),
-        );
-        // One thread, so that results do not depend on how many there are.
-        evd::self_adjoint_evd(
-            symmetric.as_ref(),
-            eigenvalues.as_mut(),
-            Some(eigenvectors.as_mut()),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(request)),
-            Default::default(),
-        )
-        .expect("a finite symmetric matrix has eigenvectors");
-        // Ascending there, descending here.
-        let values = (0..size).rev().map(|i| eigenvalues[i]).collect();
-        let vectors = DMatrix::from_fn(size, size, |i, j| eigenvectors[(i, size - 1 - j)]);
-        let remainders = &self.coupling * vectors.rows(size - WIDTH, WIDTH);
+        let (ascending, eigenvectors) = dense::self_adjoint_eigen(&symmetric);
+        let values = ascending.into_iter().rev().collect();
+        let vectors = eigenvectors.reverse_cols().to_owned();
+        let remainders = dense::product(&self.coupling, vectors.subrows(size - WIDTH, WIDTH));
         Ritz { values, vectors, remainders }
     }
 
@@ -195,9 +173,9 @@ impl<'a> KrylovSpace<'a> {
     pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) {
         let keep = keep.next_multiple_of(WIDTH).min(self.size());
         let next = self.basis.pop().expect("the next block is always there");
-        transform(&mut self.basis, &ritz.vectors.columns(0, keep).into_owned());
+        transform(&mut self.basis, &ritz.vectors.subcols(0, keep).to_owned());
         self.basis.push(next);
-        self.projected = DMatrix::zeros(keep, keep);
+        self.projected = Mat::zeros(keep, keep);
         self.coupled_to_all = true;
         (0..keep).for_each(|i| self.projected[(i, i)] = ritz.values[i]);
     }
@@ -207,7 +185,7 @@ impl<'a> KrylovSpace<'a> {
     /// (Ericsson and Ruhe 1980, §4). In the order of the vertices.
     pub(crate) fn into_functions(mut self, ritz: &Ritz, count: usize) -> Vec<Panel> {
         let size = self.size();
-        let coefficients = DMatrix::from_fn(size + WIDTH, count, |i, j| {
+        let coefficients = Mat::from_fn(size + WIDTH, count, |i, j| {
             if i < size { ritz.vectors[(i, j)] } else { ritz.remainders[(i - size, j)] / ritz.values[j] }
         });
         let mut functions = std::mem::take(&mut self.basis);

@@ -1,14 +1,14 @@
 //! The discrete Laplace–Beltrami operator `M⁻¹ L` of a surface.
 
-use nalgebra_sparse::CsrMatrix;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
 
 use crate::components::Components;
+use crate::csr::CsrMatrix;
 use crate::error::SpectralError;
 use crate::laplacian::cotangent_laplacian;
 use crate::mass::{Mass, mass_matrix};
-use crate::triangulation::Triangulation;
+use crate::triangles::MetricTriangles;
 use crate::tufted_cover::TuftedCover;
 
 /// Faces flatter than this are mollified: `a + b − c` below this fraction of the mean length. The lengths of all
@@ -35,8 +35,8 @@ impl Default for OperatorOptions {
 /// Stiffness and mass matrix of linear finite elements on a surface.
 #[derive(Clone, Debug)]
 pub struct LaplaceBeltrami {
-    laplacian: CsrMatrix<f64>,
-    mass: CsrMatrix<f64>,
+    laplacian: CsrMatrix,
+    mass: CsrMatrix,
     components: Components,
 }
 
@@ -46,8 +46,15 @@ impl LaplaceBeltrami {
     /// # Errors
     /// If a vertex has no area around it.
     pub fn new(mesh: &IntrinsicMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
-        let triangulation = Triangulation::of_mesh(&prepared(mesh, options.delaunay));
-        Self::of_matrices(cotangent_laplacian(&triangulation), mass_matrix(&triangulation, options.mass))
+        Self::from_lengths(&MetricTriangles::from(&prepared(mesh, options.delaunay)), options.mass)
+    }
+
+    /// The operator of triangles as they are, neither mollified nor flipped. O(n).
+    ///
+    /// # Errors
+    /// If a vertex has no area around it, or an entry is not finite since a triangle has no area.
+    pub fn from_lengths(triangles: &MetricTriangles, mass: Mass) -> Result<Self, SpectralError> {
+        Self::from_matrices(cotangent_laplacian(triangles), mass_matrix(triangles, mass))
     }
 
     /// The operator of any set of triangles, manifold or not: half that of its [tufted cover](TuftedCover). With
@@ -55,23 +62,23 @@ impl LaplaceBeltrami {
     ///
     /// # Errors
     /// If a vertex has no area around it, or a length is not finite.
-    pub fn of_triangles(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
+    pub fn from_triangle_mesh(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
         let cover = TuftedCover::new(mesh)?;
         let surface = prepared(&cover.mesh, options.delaunay);
         let original = |v: u32| cover.original[v as usize];
         let faces = 0..surface.face_count() as u32;
-        let triangulation = Triangulation::new(
+        let triangles = MetricTriangles::new(
             mesh.vertex_count(),
             faces.clone().map(|f| surface.face_vertices(f).map(original)).collect(),
             faces.map(|f| surface.sides(f)).collect(),
         );
-        let half = |mut matrix: CsrMatrix<f64>| {
+        let half = |mut matrix: CsrMatrix| {
             matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
             matrix
         };
-        Self::of_matrices(
-            half(cotangent_laplacian(&triangulation)),
-            half(mass_matrix(&triangulation, options.mass)),
+        Self::from_matrices(
+            half(cotangent_laplacian(&triangles)),
+            half(mass_matrix(&triangles, options.mass)),
         )
     }
 
@@ -80,13 +87,12 @@ impl LaplaceBeltrami {
     ///
     /// # Errors
     /// If an entry is not finite or a diagonal entry of the mass is not positive.
-    pub fn of_matrices(laplacian: CsrMatrix<f64>, mass: CsrMatrix<f64>) -> Result<Self, SpectralError> {
-        for (v, (stiffness, weights)) in laplacian.row_iter().zip(mass.row_iter()).enumerate() {
-            let positive = weights.get_entry(v).is_some_and(|entry| entry.into_value() > 0.0);
-            if !positive {
+    pub fn from_matrices(laplacian: CsrMatrix, mass: CsrMatrix) -> Result<Self, SpectralError> {
+        for v in 0..laplacian.row_count() {
+            if mass.get(v, v).is_none_or(|m| m.is_nan() || m <= 0.0) {
                 return Err(SpectralError::NoArea(v));
             }
-            if !stiffness.values().iter().chain(weights.values()).all(|x| x.is_finite()) {
+            if !laplacian.row(v).1.iter().chain(mass.row(v).1).all(|x| x.is_finite()) {
                 return Err(SpectralError::NotFinite(v));
             }
         }
@@ -95,12 +101,12 @@ impl LaplaceBeltrami {
     }
 
     /// The stiffness matrix `L`, positive semidefinite.
-    pub fn laplacian(&self) -> &CsrMatrix<f64> {
+    pub fn laplacian(&self) -> &CsrMatrix {
         &self.laplacian
     }
 
     /// The mass matrix `M`.
-    pub fn mass(&self) -> &CsrMatrix<f64> {
+    pub fn mass(&self) -> &CsrMatrix {
         &self.mass
     }
 
@@ -111,23 +117,7 @@ impl LaplaceBeltrami {
 
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
-        self.laplacian.nrows()
-    }
-
-    /// `L u`.
-    ///
-    /// # Panics
-    /// If there is not one value for every vertex.
-    pub fn stiffened(&self, u: &[f64]) -> Vec<f64> {
-        product(&self.laplacian, u)
-    }
-
-    /// `M u`.
-    ///
-    /// # Panics
-    /// If there is not one value for every vertex.
-    pub fn massed(&self, u: &[f64]) -> Vec<f64> {
-        product(&self.mass, u)
+        self.laplacian.row_count()
     }
 
     /// Takes from a function its mean over every component.
@@ -135,7 +125,7 @@ impl LaplaceBeltrami {
     /// # Panics
     /// If there is not one value for every vertex.
     pub fn remove_means(&self, u: &mut [f64]) {
-        let means = self.components.means(&self.massed(u));
+        let means = self.components.means(&self.mass.multiply(u));
         u.iter_mut().zip(self.components.of_vertices()).for_each(|(u, &c)| *u -= means[c as usize]);
     }
 
@@ -143,15 +133,6 @@ impl LaplaceBeltrami {
     pub fn area(&self) -> f64 {
         self.components.areas().iter().sum()
     }
-}
-
-/// A matrix times a vector.
-fn product(matrix: &CsrMatrix<f64>, u: &[f64]) -> Vec<f64> {
-    assert_eq!(u.len(), matrix.ncols());
-    let row = |row: nalgebra_sparse::csr::CsrRow<'_, f64>| {
-        row.col_indices().iter().zip(row.values()).map(|(&j, a)| a * u[j]).sum()
-    };
-    matrix.row_iter().map(row).collect()
 }
 
 /// The mesh without flat faces, and intrinsic Delaunay if asked.

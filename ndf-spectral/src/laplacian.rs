@@ -1,10 +1,10 @@
 //! The cotangent Laplacian (Pinkall and Polthier 1993), from edge lengths alone.
 
-use nalgebra_sparse::CsrMatrix;
 use ndf_intrinsic::triangle;
 
 use crate::assembly;
-use crate::triangulation::Triangulation;
+use crate::csr::CsrMatrix;
+use crate::triangles::MetricTriangles;
 
 /// The stiffness matrix of linear finite elements, V × V: `uᵀ L v = ∫ ⟨∇u, ∇v⟩`.
 ///
@@ -14,10 +14,10 @@ use crate::triangulation::Triangulation;
 ///
 /// Entries off the diagonal are not positive exactly where the triangulation is Delaunay (Bobenko and Springborn
 /// 2007).
-pub fn cotangent_laplacian(triangulation: &Triangulation) -> CsrMatrix<f64> {
+pub(crate) fn cotangent_laplacian(triangles: &MetricTriangles) -> CsrMatrix {
     let mut cotangents = Vec::new();
-    let mut diagonal = vec![0.0; triangulation.vertex_count()];
-    for (corners, sides) in triangulation.triangles() {
+    let mut diagonal = vec![0.0; triangles.vertex_count()];
+    for (corners, sides) in triangles.iter() {
         let halves = triangle::cotangents(sides).map(|c| 0.5 * c);
         for (c, half) in halves.into_iter().enumerate() {
             let (i, j) = (corners[c], corners[(c + 1) % 3]);

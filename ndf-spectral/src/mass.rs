@@ -1,10 +1,10 @@
 //! Mass matrices: the L² inner product of piecewise linear functions.
 
-use nalgebra_sparse::CsrMatrix;
 use ndf_intrinsic::triangle;
 
 use crate::assembly;
-use crate::triangulation::Triangulation;
+use crate::csr::CsrMatrix;
+use crate::triangles::MetricTriangles;
 
 /// Which discretisation of `∫ u v`. Each sums to the area of the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,10 +21,10 @@ pub enum Mass {
 
 /// The mass matrix, V × V, in squared units of length; positive definite where every vertex has a triangle with an
 /// area. O(n).
-pub fn mass_matrix(triangulation: &Triangulation, mass: Mass) -> CsrMatrix<f64> {
-    let mut diagonal = vec![0.0; triangulation.vertex_count()];
+pub(crate) fn mass_matrix(triangles: &MetricTriangles, mass: Mass) -> CsrMatrix {
+    let mut diagonal = vec![0.0; triangles.vertex_count()];
     let mut couplings = Vec::new();
-    for (corners, sides) in triangulation.triangles() {
+    for (corners, sides) in triangles.iter() {
         let shares = match mass {
             Mass::Barycentric => [triangle::area(sides) / 3.0; 3],
             Mass::MixedVoronoi => mixed_voronoi_areas(sides),
@@ -68,7 +68,7 @@ mod tests {
         let mesh = ManifoldMesh::try_from(shapes::torus(11, 5, 1.0, 0.4)).unwrap();
         let mesh = IntrinsicMesh::of_mesh(&mesh);
         for mass in [Mass::Barycentric, Mass::MixedVoronoi, Mass::Consistent] {
-            let matrix = mass_matrix(&Triangulation::of_mesh(&mesh), mass);
+            let matrix = mass_matrix(&MetricTriangles::from(&mesh), mass);
             let total: f64 = matrix.values().iter().sum();
             assert_relative_eq!(total, mesh.total_area(), max_relative = 1e-12);
             assert!(matrix.values().iter().all(|&v| v > 0.0));

@@ -1,17 +1,16 @@
 //! Eigenmodes of the Laplace–Beltrami operator: the smallest solutions of L φ = λ M φ.
 
-use nalgebra_sparse::na::{DMatrix, DVector};
 use ndf_core::progress::Progress;
 use ndf_intrinsic::IntrinsicMesh;
 
-use crate::assembly::combination;
 use crate::dense;
 use crate::error::SpectralError;
-use crate::factorization::Cholesky;
+use crate::factorisation::Cholesky;
 use crate::krylov::{KrylovSpace, Ritz};
 use crate::laplace_beltrami::{LaplaceBeltrami, OperatorOptions};
 use crate::panel::{Panel, Row, WIDTH, multiply};
 use crate::screened_poisson::ScreenedPoisson;
+use crate::vertex_functions::VertexFunctions;
 
 /// What modes to compute, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +26,7 @@ pub struct ModeOptions {
     /// Residuals at which modes count as converged, relative to the eigenvalue. Errors of eigenvalues are about the
     /// square of this.
     pub tolerance: f64,
-    /// Whether to make sure by Sylvester's law of inertia that no eigenvalue was missed; costs one more factorization.
+    /// Whether to make sure by Sylvester's law of inertia that no eigenvalue was missed; costs one more factorisation.
     pub verify: bool,
     /// Restarts before giving up.
     pub max_restarts: usize,
@@ -53,11 +52,11 @@ impl Default for ModeOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     /// Eigenvalues λ, ascending, in inverse squared units of length; as many zeros as there are components.
-    pub eigenvalues: DVector<f64>,
-    /// Eigenfunctions, V × K, orthonormal in the mass matrix.
-    pub functions: DMatrix<f64>,
+    pub eigenvalues: Vec<f64>,
+    /// Eigenfunctions, orthonormal in the mass matrix.
+    pub functions: VertexFunctions,
     /// `|Lφ − λMφ| / (λ |Mφ|)` of every mode, where a zero λ is replaced by 4π/area.
-    pub residuals: DVector<f64>,
+    pub residuals: Vec<f64>,
     /// Whether the inertia confirmed that no smaller eigenvalue is missing.
     pub verified: bool,
 }
@@ -71,6 +70,14 @@ impl Modes {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.eigenvalues.is_empty()
+    }
+
+    /// The eigenfunction of `eigenvalues[i]`: its values at the vertices.
+    ///
+    /// # Panics
+    /// If there is no such mode.
+    pub fn mode(&self, i: usize) -> &[f64] {
+        &self.functions[i]
     }
 
     /// The largest residual.
@@ -94,7 +101,7 @@ pub fn modes(
 impl LaplaceBeltrami {
     /// The smallest modes, by shift-invert block Lanczos. `options.operator` plays no part here.
     ///
-    /// Cost: a factorization, about O(n^1.5); then for 20 modes about 90 solves, four at a time. Up to 80 functions
+    /// Cost: a factorisation, about O(n^1.5); then for 20 modes about 90 solves, four at a time. Up to 80 functions
     /// are held beside the factor.
     ///
     /// # Errors
@@ -142,7 +149,7 @@ const DENSE: usize = 300;
 /// A computation of modes.
 pub(crate) struct Solver<'a> {
     pub(crate) operator: &'a LaplaceBeltrami,
-    /// The factorization to use, if there is one already.
+    /// The factorisation to use, if there is one already.
     pub(crate) factored: Option<&'a ScreenedPoisson<'a>>,
     pub(crate) options: &'a ModeOptions,
     pub(crate) progress: &'a dyn Progress,
@@ -165,7 +172,8 @@ impl Solver<'_> {
         if vertices - self.operator.components().count() < DENSE.max(2 * capacity) {
             let (values, functions) = dense::modes(self.operator, self.options.count)?;
             let write = |k: usize, target: &mut [f64]| {
-                target.copy_from_slice(functions.column(kernel + k).as_slice());
+                let function = functions.col(kernel + k);
+                target.iter_mut().zip(function.iter()).for_each(|(x, value)| *x = *value);
             };
             return Ok(self.assemble(kernel, &values[kernel..], write, true));
         }
@@ -258,8 +266,8 @@ impl Solver<'_> {
         let wide = |i: &usize| value(*i) - value(i - 1) > 1e-5 * value(i - 1);
         let Some(below) = (1..=wanted).rev().find(wide) else { return Ok(None) };
         let bound = value(below - 1) + 0.5 * (value(below) - value(below - 1)).min(1e-3 * value(below - 1));
-        let shifted = combination(self.operator.laplacian(), -bound, self.operator.mass());
-        let negative = inverse.analysis().negative_eigenvalues(&shifted)?;
+        let shifted = self.operator.laplacian().plus(-bound, self.operator.mass());
+        let negative = inverse.symbolic().negative_eigenvalues(&shifted)?;
         Ok(negative.and_then(|negative| negative.checked_sub(kernel + below)))
     }
 
@@ -277,33 +285,35 @@ impl Solver<'_> {
     ) -> Modes {
         let components = self.operator.components();
         let count = kernel + values.len();
-        let mut functions = DMatrix::zeros(self.operator.vertex_count(), count);
+        let mut functions = VertexFunctions::zeros(self.operator.vertex_count(), count);
         for k in 0..kernel {
-            let mut function = functions.column_mut(k);
-            let component = |&(v, _): &(usize, &mut f64)| components.of_vertices()[v] as usize == k;
-            function.iter_mut().enumerate().filter(component).for_each(|(_, x)| *x = components.height(k));
+            for (x, &component) in functions.function_mut(k).iter_mut().zip(components.of_vertices()) {
+                if component as usize == k {
+                    *x = components.height(k);
+                }
+            }
         }
         for k in 0..values.len() {
-            let mut function = functions.column_mut(kernel + k);
-            write(k, function.as_mut_slice());
-            function *= sign(function.as_slice());
+            let function = functions.function_mut(kernel + k);
+            write(k, function);
+            let sign = sign(function);
+            function.iter_mut().for_each(|x| *x *= sign);
         }
-        let eigenvalues = DVector::from_fn(count, |k, _| if k < kernel { 0.0 } else { values[k - kernel] });
+        let eigenvalues = std::iter::repeat_n(0.0, kernel).chain(values.iter().copied()).collect::<Vec<_>>();
         let residuals = self.residuals(&eigenvalues, &functions);
         Modes { eigenvalues, functions, residuals, verified }
     }
 
     /// Relative residuals: see [`Modes::residuals`].
-    fn residuals(&self, eigenvalues: &DVector<f64>, functions: &DMatrix<f64>) -> DVector<f64> {
+    fn residuals(&self, eigenvalues: &[f64], functions: &VertexFunctions) -> Vec<f64> {
         let typical = self.operator.typical_eigenvalue();
-        let mut residuals = DVector::zeros(eigenvalues.len());
+        let mut residuals = vec![0.0; eigenvalues.len()];
         let mut panel = vec![Row::default(); self.operator.vertex_count()];
         let (mut stiffened, mut massed) = (Panel::new(), Panel::new());
         for first in (0..eigenvalues.len()).step_by(WIDTH) {
             let columns = WIDTH.min(eigenvalues.len() - first);
             for c in 0..columns {
-                let function = functions.column(first + c);
-                panel.iter_mut().zip(function.iter()).for_each(|(row, x)| row.0[c] = *x);
+                panel.iter_mut().zip(&functions[first + c]).for_each(|(row, x)| row.0[c] = *x);
             }
             multiply(self.operator.laplacian(), &panel, &mut stiffened);
             multiply(self.operator.mass(), &panel, &mut massed);

@@ -1,32 +1,32 @@
 //! Orthonormal bases in the inner product of a mass matrix.
 
-use nalgebra_sparse::CsrMatrix;
-use nalgebra_sparse::na::DMatrix;
+use faer::linalg::triangular_inverse::invert_upper_triangular;
+use faer::{Mat, Par};
 
+use crate::csr::CsrMatrix;
+use crate::dense;
 use crate::panel::{Panel, products_through, transform};
 
 /// Makes the first `count` functions orthonormal, `W = Q R`, and returns the upper triangle R; `None` where they are
-/// dependent to half the digits. Cholesky QR, repeated where angles are small (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015).
-pub(crate) fn orthonormalise(
-    mass: &CsrMatrix<f64>,
-    functions: &mut Vec<Panel>,
-    count: usize,
-) -> Option<DMatrix<f64>> {
-    let mut triangle = DMatrix::identity(count, count);
+/// dependent to half the digits. Cholesky QR, repeated where angles are small (Yamamoto, Nakatsukasa, Yanagisawa and
+/// Fukaya 2015).
+pub(crate) fn orthonormalise(mass: &CsrMatrix, functions: &mut Vec<Panel>, count: usize) -> Option<Mat<f64>> {
+    let mut triangle = Mat::identity(count, count);
     for pass in 0..2 {
         let gram = products_through(mass, functions, functions);
         let norms: Vec<f64> = (0..count).map(|i| gram[(i, i)].sqrt()).collect();
         // With unit columns the pivots are sines of angles, whatever the lengths.
-        let correlation = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
-        let factor = correlation.cholesky()?.unpack();
-        let smallest = factor.diagonal().iter().copied().fold(1.0, f64::min);
+        let mut factor = Mat::from_fn(count, count, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
+        dense::cholesky(&mut factor)?;
+        let smallest = (0..count).map(|i| factor[(i, i)]).fold(1.0, f64::min);
         if pass == 0 && smallest <= 1e-6 {
             return None;
         }
-        let upper = DMatrix::from_fn(count, count, |i, j| factor[(j, i)] * norms[j]);
-        let inverse = upper.solve_upper_triangular(&DMatrix::identity(count, count))?;
+        let upper = Mat::from_fn(count, count, |i, j| if i <= j { factor[(j, i)] * norms[j] } else { 0.0 });
+        let mut inverse = Mat::zeros(count, count);
+        invert_upper_triangular(inverse.as_mut(), upper.as_ref(), Par::Seq);
         transform(functions, &inverse);
-        triangle = upper * triangle;
+        triangle = dense::product(&upper, triangle.as_ref());
         // The error is that of rounding divided by the square of the smallest sine.
         if smallest > 0.1 {
             break;

@@ -8,11 +8,11 @@
 
 use std::ops::Range;
 
-use nalgebra_sparse::CsrMatrix;
-use nalgebra_sparse::na::DMatrix;
+use faer::Mat;
 use pulp::Simd;
 use rayon::prelude::*;
 
+use crate::csr::CsrMatrix;
 use crate::simd::{self, Kernel};
 pub(crate) use crate::simd::{Row, WIDTH};
 
@@ -23,7 +23,7 @@ const SLICE: usize = 512;
 pub(crate) type Panel = Vec<Row>;
 
 /// `matrix · panel`. O(entries).
-pub(crate) fn multiply(matrix: &CsrMatrix<f64>, panel: &[Row], product: &mut Panel) {
+pub(crate) fn multiply(matrix: &CsrMatrix, panel: &[Row], product: &mut Panel) {
     product.resize(panel.len(), Row::default());
     product.par_chunks_mut(SLICE).enumerate().for_each(|(slice, product)| {
         simd::run(Multiply { matrix, panel, first: slice * SLICE, product });
@@ -31,7 +31,7 @@ pub(crate) fn multiply(matrix: &CsrMatrix<f64>, panel: &[Row], product: &mut Pan
 }
 
 struct Multiply<'a> {
-    matrix: &'a CsrMatrix<f64>,
+    matrix: &'a CsrMatrix,
     panel: &'a [Row],
     /// The row of the matrix that the first of the product is for.
     first: usize,
@@ -43,8 +43,8 @@ impl Kernel for Multiply<'_> {
 
     #[inline(always)]
     fn run<S: Simd, const V: usize>(self, simd: S) {
-        let (offsets, columns, values) = self.matrix.csr_data();
-        let offsets = offsets[self.first..].windows(2);
+        let (columns, values) = (self.matrix.columns(), self.matrix.values());
+        let offsets = self.matrix.offsets()[self.first..].windows(2);
         for (row, range) in self.product.iter_mut().zip(offsets) {
             let range = range[0]..range[1];
             let mut sum = simd::zero::<S, V>(simd);
@@ -57,39 +57,42 @@ impl Kernel for Multiply<'_> {
 }
 
 /// `(a₁, a₂, …)ᵀ b`: inner products of all functions. O(n · functions).
-pub(crate) fn products(a: &[Panel], b: &[Row]) -> DMatrix<f64> {
+pub(crate) fn products(a: &[Panel], b: &[Row]) -> Mat<f64> {
     summed(b.len(), |range| slice_products(a, &b[range.clone()], range))
 }
 
 /// `(a₁, a₂, …)ᵀ matrix (b₁, b₂, …)`. The products with the matrix never leave the cache. O(n · functions²).
-pub(crate) fn products_through(matrix: &CsrMatrix<f64>, a: &[Panel], b: &[Panel]) -> DMatrix<f64> {
+pub(crate) fn products_through(matrix: &CsrMatrix, a: &[Panel], b: &[Panel]) -> Mat<f64> {
     let rows = b.first().map_or(0, Vec::len);
     summed(rows, |range| {
         let mut image = vec![Row::default(); range.len()];
-        let mut sums = DMatrix::zeros(a.len() * WIDTH, b.len() * WIDTH);
+        let mut sums = Mat::zeros(a.len() * WIDTH, b.len() * WIDTH);
         for (j, panel) in b.iter().enumerate() {
             simd::run(Multiply { matrix, panel, first: range.start, product: &mut image });
             let block = slice_products(a, &image, range.clone());
-            sums.columns_mut(j * WIDTH, WIDTH).copy_from(&block);
+            sums.subcols_mut(j * WIDTH, WIDTH).copy_from(&block);
         }
         sums
     })
 }
 
 /// The sum of a matrix for every slice of some rows, in the order of the slices.
-fn summed(rows: usize, slice: impl Fn(Range<usize>) -> DMatrix<f64> + Sync) -> DMatrix<f64> {
-    let slices: Vec<DMatrix<f64>> = (0..rows.div_ceil(SLICE))
+fn summed(rows: usize, slice: impl Fn(Range<usize>) -> Mat<f64> + Sync) -> Mat<f64> {
+    let slices: Vec<Mat<f64>> = (0..rows.div_ceil(SLICE))
         .into_par_iter()
         .map(|number| slice(number * SLICE..rows.min((number + 1) * SLICE)))
         .collect();
     let mut slices = slices.into_iter();
-    let first = slices.next().unwrap_or_default();
-    slices.fold(first, |sum, slice| sum + slice)
+    let first = slices.next().unwrap_or_else(Mat::new);
+    slices.fold(first, |mut sum, slice| {
+        sum += slice;
+        sum
+    })
 }
 
 /// Inner products of a slice of functions with rows of others.
-fn slice_products(a: &[Panel], b: &[Row], range: Range<usize>) -> DMatrix<f64> {
-    let mut sums = DMatrix::zeros(a.len() * WIDTH, WIDTH);
+fn slice_products(a: &[Panel], b: &[Row], range: Range<usize>) -> Mat<f64> {
+    let mut sums = Mat::zeros(a.len() * WIDTH, WIDTH);
     for (i, a) in a.iter().enumerate() {
         let block = simd::run(Products { a: &a[range.clone()], b });
         for (r, row) in block.iter().enumerate() {
@@ -127,8 +130,8 @@ impl Kernel for Products<'_> {
 }
 
 /// `target += factor · (a₁, a₂, …) · coefficients`. O(n · functions).
-pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &DMatrix<f64>) {
-    debug_assert_eq!(coefficients.shape(), (a.len() * WIDTH, WIDTH));
+pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coefficients: &Mat<f64>) {
+    debug_assert_eq!((coefficients.nrows(), coefficients.ncols()), (a.len() * WIDTH, WIDTH));
     let blocks: Vec<[Row; WIDTH]> = (0..a.len()).map(|i| block(coefficients, i, 0, factor)).collect();
     target.par_chunks_mut(SLICE).enumerate().for_each(|(slice, target)| {
         for (a, block) in a.iter().zip(&blocks) {
@@ -139,14 +142,18 @@ pub(crate) fn add_combination(target: &mut Panel, factor: f64, a: &[Panel], coef
 }
 
 /// Block (i, j) of coefficients times a factor, zero where they end.
-fn block(coefficients: &DMatrix<f64>, i: usize, j: usize, factor: f64) -> [Row; WIDTH] {
-    let entry = |r, c| coefficients.get((i * WIDTH + r, j * WIDTH + c)).map_or(0.0, |x| factor * x);
+fn block(coefficients: &Mat<f64>, i: usize, j: usize, factor: f64) -> [Row; WIDTH] {
+    let entry = |r, c| {
+        let (r, c) = (i * WIDTH + r, j * WIDTH + c);
+        let inside = r < coefficients.nrows() && c < coefficients.ncols();
+        if inside { factor * coefficients[(r, c)] } else { 0.0 }
+    };
     std::array::from_fn(|r| Row(std::array::from_fn(|c| entry(r, c))))
 }
 
 /// `(a₁, a₂, …) ← (a₁, a₂, …) · coefficients`: as many functions as the coefficients have columns, no more than there
 /// were, up to zeros at the end. In place. O(n · functions²).
-pub(crate) fn transform(a: &mut Vec<Panel>, coefficients: &DMatrix<f64>) {
+pub(crate) fn transform(a: &mut Vec<Panel>, coefficients: &Mat<f64>) {
     debug_assert!(coefficients.nrows() <= a.len() * WIDTH && coefficients.ncols() <= a.len() * WIDTH);
     let results = coefficients.ncols().div_ceil(WIDTH);
     let column = |j| (0..a.len()).map(|i| block(coefficients, i, j, 1.0)).collect();
@@ -206,12 +213,12 @@ mod tests {
     use crate::orthonormal::Random;
     use approx::assert_relative_eq;
 
-    fn random_panels(count: usize, rows: usize) -> (Vec<Panel>, DMatrix<f64>) {
+    fn random_panels(count: usize, rows: usize) -> (Vec<Panel>, Mat<f64>) {
         let mut random = Random::default();
         let panels: Vec<Panel> = (0..count)
             .map(|_| (0..rows).map(|_| Row(std::array::from_fn(|_| random.next()))).collect())
             .collect();
-        let dense = DMatrix::from_fn(rows, count * WIDTH, |i, j| panels[j / WIDTH][i].0[j % WIDTH]);
+        let dense = Mat::from_fn(rows, count * WIDTH, |i, j| panels[j / WIDTH][i].0[j % WIDTH]);
         (panels, dense)
     }
 
@@ -219,15 +226,12 @@ mod tests {
     fn products_and_combinations_are_those_of_matrices() {
         let (panels, dense) = random_panels(3, 2 * SLICE + 17);
         let rows = dense.nrows();
-        let product = dense.transpose() * dense.columns(WIDTH, 2 * WIDTH);
-        assert_relative_eq!(
-            products(&panels, &panels[1]),
-            product.columns(0, WIDTH).into_owned(),
-            epsilon = 1e-9
-        );
+        let product = dense.transpose() * dense.subcols(WIDTH, 2 * WIDTH);
+        let close = |a: &Mat<f64>, b: &Mat<f64>| assert!((a - b).norm_max() < 1e-9);
+        close(&products(&panels, &panels[1]), &product.subcols(0, WIDTH).to_owned());
         let twice = symmetric(&vec![2.0; rows], std::iter::empty());
-        assert_relative_eq!(products_through(&twice, &panels, &panels[1..]), 2.0 * product, epsilon = 1e-9);
-        let coefficients = DMatrix::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
+        close(&products_through(&twice, &panels, &panels[1..]), &(&product + &product));
+        let coefficients = Mat::from_fn(3 * WIDTH, 11, |i, j| (i * j) as f64 - 3.0 * i as f64);
         let mut combined = panels.clone();
         transform(&mut combined, &coefficients);
         assert_eq!(combined.len(), 11_usize.div_ceil(WIDTH));

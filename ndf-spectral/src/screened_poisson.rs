@@ -1,10 +1,9 @@
-//! One factorization of `L + σM` for the linear problems on a surface: screened Poisson, Poisson and heat flow.
+//! One factorisation of `L + σM` for the linear problems on a surface: screened Poisson, Poisson and heat flow.
 
 use ndf_core::progress::Progress;
 
-use crate::assembly::combination;
 use crate::error::SpectralError;
-use crate::factorization::{Analysis, Cholesky};
+use crate::factorisation::{Cholesky, SymbolicCholesky};
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::modes::{ModeOptions, Modes, Solver};
 
@@ -30,21 +29,21 @@ impl<'a> ScreenedPoisson<'a> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_shift(&self, shift: f64) -> Result<Self, SpectralError> {
-        Self::factored(self.operator, shift, Some(self.cholesky.analysis()))
+        Self::factored(self.operator, shift, Some(self.cholesky.symbolic()))
     }
 
     fn factored(
         operator: &'a LaplaceBeltrami,
         shift: f64,
-        analysis: Option<&Analysis>,
+        symbolic: Option<&SymbolicCholesky>,
     ) -> Result<Self, SpectralError> {
         if !(shift > 0.0 && shift.is_finite()) {
             return Err(SpectralError::Shift(shift));
         }
-        let shifted = combination(operator.laplacian(), shift, operator.mass());
-        let cholesky = match analysis {
-            Some(analysis) => analysis.cholesky(&shifted)?,
-            None => Analysis::of(&shifted)?.cholesky(&shifted)?,
+        let shifted = operator.laplacian().plus(shift, operator.mass());
+        let cholesky = match symbolic {
+            Some(symbolic) => symbolic.cholesky(&shifted)?,
+            None => SymbolicCholesky::new(&shifted)?.cholesky(&shifted)?,
         };
         Ok(Self { operator, cholesky, shift })
     }
@@ -54,7 +53,7 @@ impl<'a> ScreenedPoisson<'a> {
         self.operator
     }
 
-    /// The factorization.
+    /// The factorisation.
     pub fn cholesky(&self) -> &Cholesky {
         &self.cholesky
     }
@@ -64,7 +63,7 @@ impl<'a> ScreenedPoisson<'a> {
         self.shift
     }
 
-    /// The smallest modes of the operator, with this factorization; `options.shift` plays no part.
+    /// The smallest modes of the operator, with this factorisation; `options.shift` plays no part.
     ///
     /// # Errors
     /// As [`LaplaceBeltrami::modes`].
@@ -78,7 +77,7 @@ impl<'a> ScreenedPoisson<'a> {
     /// # Panics
     /// If there is not one value for every vertex.
     pub fn screened(&self, f: &[f64]) -> Vec<f64> {
-        let mut u = self.operator.massed(f);
+        let mut u = self.operator.mass().multiply(f);
         self.cholesky.solve(&mut [&mut u]);
         u
     }
@@ -96,7 +95,7 @@ impl<'a> ScreenedPoisson<'a> {
 
     /// The function `u` with `−Δu = f`, both without their means on every component: solves L u = M f.
     ///
-    /// By conjugate gradients, for which the factorization is an all but perfect preconditioner as long as σ is below
+    /// By conjugate gradients, for which the factorisation is an all but perfect preconditioner as long as σ is below
     /// the first eigenvalue that is not zero: then a handful of iterations, each a solve.
     ///
     /// # Errors
@@ -108,7 +107,7 @@ impl<'a> ScreenedPoisson<'a> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut f = f.to_vec();
         self.operator.remove_means(&mut f);
-        let mut residual = self.operator.massed(&f);
+        let mut residual = self.operator.mass().multiply(&f);
         let goal = 1e-12 * dot(&residual, &residual).sqrt();
         let mut u = vec![0.0; f.len()];
         let mut direction = vec![0.0; f.len()];
@@ -127,7 +126,7 @@ impl<'a> ScreenedPoisson<'a> {
             let keep = energy / previous;
             previous = energy;
             direction.iter_mut().zip(&preconditioned).for_each(|(d, p)| *d = p + keep * *d);
-            let image = self.operator.stiffened(&direction);
+            let image = self.operator.laplacian().multiply(&direction);
             let step = energy / dot(&direction, &image);
             u.iter_mut().zip(&direction).for_each(|(u, d)| *u += step * d);
             residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);

@@ -9,10 +9,7 @@ use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::{ManifoldMesh, io};
 use ndf_mesh::{TriangleMesh, repair};
-use ndf_spectral::laplacian::cotangent_laplacian;
-use ndf_spectral::mass::mass_matrix;
-use ndf_spectral::triangulation::Triangulation;
-use ndf_spectral::{LaplaceBeltrami, Mass, ModeOptions};
+use ndf_spectral::{LaplaceBeltrami, Mass, MetricTriangles, ModeOptions};
 
 fn data() -> PathBuf {
     match std::env::var_os("NDF_DATA") {
@@ -30,16 +27,15 @@ fn read(path: &Path) -> TriangleMesh {
 
 /// The plain operator of a mesh, manifold or not, without mollification.
 fn plain_operator(mesh: &TriangleMesh) -> LaplaceBeltrami {
-    let triangulation = match ManifoldMesh::try_from(mesh.clone()) {
-        Ok(mesh) => Triangulation::of_mesh(&IntrinsicMesh::of_mesh(&mesh)),
+    let triangles = match ManifoldMesh::try_from(mesh.clone()) {
+        Ok(mesh) => MetricTriangles::from(&IntrinsicMesh::of_mesh(&mesh)),
         Err(_) => {
             let length = |a: u32, b: u32| mesh.positions()[a as usize].distance(mesh.positions()[b as usize]);
             let sides = mesh.faces().iter().map(|&[a, b, c]| [length(a, b), length(b, c), length(c, a)]);
-            Triangulation::new(mesh.vertex_count(), mesh.faces().to_vec(), sides.collect())
+            MetricTriangles::new(mesh.vertex_count(), mesh.faces().to_vec(), sides.collect())
         }
     };
-    let mass = mass_matrix(&triangulation, Mass::Barycentric);
-    LaplaceBeltrami::of_matrices(cotangent_laplacian(&triangulation), mass).unwrap()
+    LaplaceBeltrami::from_lengths(&triangles, Mass::Barycentric).unwrap()
 }
 
 #[test]

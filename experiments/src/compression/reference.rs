@@ -137,5 +137,5 @@ fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
 
 fn eigenvalues(mesh: &IntrinsicMesh) -> Result<Vec<f64>, String> {
     let modes = modes(mesh, &ModeOptions::default(), &NoProgress).map_err(|e| e.to_string())?;
-    Ok(modes.eigenvalues.iter().copied().collect())
+    Ok(modes.eigenvalues)
 }

@@ -58,7 +58,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         let factored = factored.map_err(|e| say(&e))?;
         let (iteration, modes) = timed(|| factored.modes(&options, &NoProgress));
         let modes = modes.map_err(|e| say(&e))?;
-        let fill = factored.cholesky().analysis().fill();
+        let fill = factored.cholesky().symbolic().fill();
         Ok::<_, String>((Seconds { assembly, factorisation, iteration }, modes, fill))
     };
 
@@ -130,8 +130,8 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
 fn write_matrices(operator: &LaplaceBeltrami, scratch: &Scratch) -> Result<(), String> {
     let laplacian = operator.laplacian();
     let integers = |numbers: &[usize]| numbers.iter().map(|&i| (i as i64).to_le_bytes()).collect::<Vec<_>>();
-    scratch.write("offsets.i64", integers(laplacian.row_offsets()).into_iter())?;
-    scratch.write("rows.i64", integers(laplacian.col_indices()).into_iter())?;
+    scratch.write("offsets.i64", integers(laplacian.offsets()).into_iter())?;
+    scratch.write("rows.i64", integers(laplacian.columns()).into_iter())?;
     scratch.write("entries.f64", laplacian.values().iter().map(|x| x.to_le_bytes()))?;
     // Lumped: one entry a row.
     scratch.write("mass.f64", operator.mass().values().iter().map(|x| x.to_le_bytes()))

@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Triangles::Manifold(mesh) => {
             (mesh.as_triangle_mesh(), LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), operator))
         }
-        Triangles::Other(mesh, _) => (mesh, LaplaceBeltrami::of_triangles(mesh, operator)),
+        Triangles::Other(mesh, _) => (mesh, LaplaceBeltrami::from_triangle_mesh(mesh, operator)),
     };
     let found = laplacian
         .and_then(|laplacian| laplacian.modes(&options, &context.progress()))
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     write_mesh(&arguments.output, mesh, &scalars(&found))?;
     let json = json!({
         "seconds": seconds,
-        "eigenvalues": found.eigenvalues.as_slice(),
+        "eigenvalues": found.eigenvalues,
         "residual_max": found.max_residual(),
         "verified": found.verified,
         "vertices": mesh.vertex_count(),
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 pub fn scalars(modes: &Modes) -> Vec<VertexScalars> {
     let scalar = |k: usize| VertexScalars {
         name: format!("mode_{k:02}"),
-        values: modes.functions.column(k).iter().map(|&x| x as f32).collect(),
+        values: modes.mode(k).iter().map(|&x| x as f32).collect(),
     };
-    (0..modes.functions.ncols()).map(scalar).collect()
+    (0..modes.len()).map(scalar).collect()
 }

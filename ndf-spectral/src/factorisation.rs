@@ -1,23 +1,21 @@
-//! Sparse Cholesky and LDLᵀ factorizations of matrices that share one pattern.
+//! Sparse Cholesky and LDLᵀ factorisations of matrices that share one pattern.
 
 use std::sync::Arc;
 
+use crate::csr::CsrMatrix;
+use crate::error::SpectralError;
+use crate::panel::{Panel, Row, WIDTH};
+use crate::triangular;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    self, CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
-use nalgebra_sparse::CsrMatrix;
-
-use crate::error::SpectralError;
-use crate::panel::{Panel, Row, WIDTH};
-use crate::triangular;
 
 /// Supernodes of up to so many columns are merged if the share of explicit zeros stays below the second number: few
 /// larger blocks are faster to solve with than many tiny ones. (The thresholds of CHOLMOD; Chen, Davis, Hager and
@@ -35,16 +33,16 @@ fn parallelism() -> Par {
 /// Ordering and structure of the factor of a symmetric pattern: approximate minimum degree (Amestoy, Davis and Duff
 /// 1996) and supernodes. Serves every matrix of that pattern; cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Analysis {
-    symbolic: Arc<SymbolicCholesky<usize>>,
+pub struct SymbolicCholesky {
+    symbolic: Arc<cholesky::SymbolicCholesky<usize>>,
 }
 
-impl Analysis {
+impl SymbolicCholesky {
     /// Analyses the pattern of a symmetric matrix. About O(n log n) for surfaces.
     ///
     /// # Errors
     /// If there is not enough memory.
-    pub fn of(matrix: &CsrMatrix<f64>) -> Result<Self, SpectralError> {
+    pub fn new(matrix: &CsrMatrix) -> Result<Self, SpectralError> {
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             supernodal_params: SymbolicSupernodalParams { relax: Some(&RELAXATION) },
@@ -67,18 +65,18 @@ impl Analysis {
         }
     }
 
-    /// The Cholesky factorization of a positive definite matrix of the analysed pattern. About O(n^1.5) for surfaces.
+    /// The Cholesky factorisation of a positive definite matrix of the analysed pattern. About O(n^1.5) for surfaces.
     ///
     /// # Errors
     /// If the matrix is not positive definite to double precision or memory is short.
     ///
     /// # Panics
     /// If the matrix has another number of rows than the pattern.
-    pub fn cholesky(&self, matrix: &CsrMatrix<f64>) -> Result<Cholesky, SpectralError> {
+    pub fn cholesky(&self, matrix: &CsrMatrix) -> Result<Cholesky, SpectralError> {
         let par = parallelism();
         let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
         let mut memory =
-            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.nrows()))?;
+            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.row_count()))?;
         let mut values = vec![0.0; self.fill()];
         self.symbolic
             .factorize_numeric_llt(
@@ -92,7 +90,7 @@ impl Analysis {
             )
             .map_err(|_| SpectralError::NotPositiveDefinite)?;
         triangular::invert_triangles(self.supernodes(), &mut values);
-        Ok(Cholesky { analysis: self.clone(), values })
+        Ok(Cholesky { symbolic: self.clone(), values })
     }
 
     /// How many eigenvalues of a symmetric matrix of the analysed pattern are negative, by the signs of the pivots of
@@ -100,11 +98,11 @@ impl Analysis {
     ///
     /// # Errors
     /// If memory is short.
-    pub fn negative_eigenvalues(&self, matrix: &CsrMatrix<f64>) -> Result<Option<usize>, SpectralError> {
+    pub fn negative_eigenvalues(&self, matrix: &CsrMatrix) -> Result<Option<usize>, SpectralError> {
         let par = parallelism();
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
         let mut memory =
-            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.nrows()))?;
+            MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.row_count()))?;
         let mut values = vec![0.0; self.fill()];
         let factored = self.symbolic.factorize_numeric_ldlt(
             &mut values,
@@ -119,7 +117,7 @@ impl Analysis {
             return Ok(None);
         }
         let s = self.supernodes();
-        let mut pivots = Vec::with_capacity(matrix.nrows());
+        let mut pivots = Vec::with_capacity(matrix.row_count());
         for node in 0..s.n_supernodes() {
             let columns = s.supernode_end()[node] - s.supernode_begin()[node];
             let rows = columns + s.nnz_per_super()[node];
@@ -130,23 +128,23 @@ impl Analysis {
     }
 }
 
-/// A Cholesky factorization `P A Pᵀ = L Lᵀ`.
+/// A Cholesky factorisation `P A Pᵀ = L Lᵀ`.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
-    analysis: Analysis,
+    symbolic: SymbolicCholesky,
     /// Trapezoids of the supernodes, their triangles [inverted](triangular::invert_triangles).
     values: Vec<f64>,
 }
 
 impl Cholesky {
     /// The ordering and structure, to factor other matrices of the same pattern.
-    pub fn analysis(&self) -> &Analysis {
-        &self.analysis
+    pub fn symbolic(&self) -> &SymbolicCholesky {
+        &self.symbolic
     }
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.analysis.symbolic.nrows()
+        self.symbolic.symbolic.nrows()
     }
 
     /// Solves for up to four right-hand sides at once, each replaced by its solution: together they cost hardly more
@@ -172,22 +170,22 @@ impl Cholesky {
     /// Solves for a panel of right-hand sides in the [order](Self::order) of the factor, which is replaced by the
     /// solutions.
     pub(crate) fn solve_in_order(&self, panel: &mut Panel) {
-        triangular::solve(self.analysis.supernodes(), &self.values, panel);
+        triangular::solve(self.symbolic.supernodes(), &self.values, panel);
     }
 
     /// The row of the matrix behind every row of the factor, and the inverse: the row of the factor for every row of
     /// the matrix.
     pub(crate) fn order(&self) -> (&[usize], &[usize]) {
-        self.analysis.symbolic.perm().expect("an ordering was computed").arrays()
+        self.symbolic.symbolic.perm().expect("an ordering was computed").arrays()
     }
 }
 
 /// Rows of a symmetric matrix are its columns.
-fn pattern(matrix: &CsrMatrix<f64>) -> SymbolicSparseColMatRef<'_, usize> {
-    let n = matrix.nrows();
-    SymbolicSparseColMatRef::new_checked(n, n, matrix.row_offsets(), None, matrix.col_indices())
+fn pattern(matrix: &CsrMatrix) -> SymbolicSparseColMatRef<'_, usize> {
+    let n = matrix.row_count();
+    SymbolicSparseColMatRef::new_checked(n, n, matrix.offsets(), None, matrix.columns())
 }
 
-fn out_of_memory(_: FaerError, matrix: &CsrMatrix<f64>) -> SpectralError {
-    SpectralError::OutOfMemory(matrix.nrows())
+fn out_of_memory(_: FaerError, matrix: &CsrMatrix) -> SpectralError {
+    SpectralError::OutOfMemory(matrix.row_count())
 }

@@ -5,13 +5,13 @@ use ndf_intrinsic::IntrinsicMesh;
 /// Triangles by their side lengths, glued at vertices. Any number of triangles may meet along an edge, and the
 /// corners of a triangle may be the same vertex.
 #[derive(Clone, Debug)]
-pub struct Triangulation {
+pub struct MetricTriangles {
     vertex_count: usize,
     faces: Vec<[u32; 3]>,
     sides: Vec<[f64; 3]>,
 }
 
-impl Triangulation {
+impl MetricTriangles {
     /// Triangles with corners among `vertex_count` vertices and their side lengths; side `c` runs from corner `c` to
     /// the next.
     ///
@@ -23,23 +23,25 @@ impl Triangulation {
         Self { vertex_count, faces, sides }
     }
 
-    /// The triangles of an intrinsic mesh. O(n).
-    pub fn of_mesh(mesh: &IntrinsicMesh) -> Self {
-        let faces = 0..mesh.face_count() as u32;
-        Self {
-            vertex_count: mesh.vertex_count(),
-            faces: faces.clone().map(|f| mesh.face_vertices(f)).collect(),
-            sides: faces.map(|f| mesh.sides(f)).collect(),
-        }
-    }
-
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
 
     /// Corners and side lengths of every triangle.
-    pub fn triangles(&self) -> impl Iterator<Item = ([u32; 3], [f64; 3])> + Clone + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = ([u32; 3], [f64; 3])> + Clone + '_ {
         self.faces.iter().copied().zip(self.sides.iter().copied())
+    }
+}
+
+impl From<&IntrinsicMesh> for MetricTriangles {
+    /// The triangles of an intrinsic mesh. O(n).
+    fn from(mesh: &IntrinsicMesh) -> Self {
+        let faces = 0..mesh.face_count() as u32;
+        Self {
+            vertex_count: mesh.vertex_count(),
+            faces: faces.clone().map(|f| mesh.face_vertices(f)).collect(),
+            sides: faces.map(|f| mesh.sides(f)).collect(),
+        }
     }
 }

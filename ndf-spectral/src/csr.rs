@@ -1,0 +1,301 @@
+//! Sparse matrices by rows, and how they become those of other crates.
+
+use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
+
+/// A sparse matrix in compressed rows (CSR). The columns of a row ascend and none occurs twice.
+///
+/// Converts into faer's matrices and back, and with the feature `nalgebra` into those of nalgebra-sparse:
+///
+/// ```
+/// use ndf_spectral::CsrMatrix;
+/// use ndf_spectral::faer::sparse::SparseRowMat;
+///
+/// // (2 0 1; 0 3 0)
+/// let matrix = CsrMatrix::new(3, vec![0, 2, 3], vec![0, 2, 1], vec![2.0, 1.0, 3.0])?;
+/// assert_eq!(matrix.multiply(&[1.0, 10.0, 100.0]), [102.0, 30.0]);
+/// let theirs = SparseRowMat::from(matrix.clone());
+/// assert_eq!(CsrMatrix::from(theirs), matrix);
+/// # Ok::<(), ndf_spectral::CsrError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct CsrMatrix {
+    column_count: usize,
+    /// Where the entries of every row begin, and where the last ends.
+    offsets: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+/// Why arrays are no sparse matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CsrError {
+    /// The offsets do not run from 0 to the number of entries, ascending.
+    #[error("row offsets must ascend from 0 to the number of entries")]
+    Offsets,
+    /// There is not one value for every column index.
+    #[error("{columns} column indices for {values} values")]
+    Lengths {
+        /// Column indices.
+        columns: usize,
+        /// Values.
+        values: usize,
+    },
+    /// The columns of a row do not ascend, or lie outside of the matrix.
+    #[error("the columns of row {0} must ascend and be less than the number of columns")]
+    Columns(usize),
+}
+
+impl CsrMatrix {
+    /// A matrix of its arrays: row `i` has the entries `offsets[i]..offsets[i + 1]`. O(entries).
+    ///
+    /// # Errors
+    /// If the offsets do not ascend from 0 to the number of entries, the columns of a row do not ascend, or a column is
+    /// outside of the matrix.
+    pub fn new(
+        column_count: usize,
+        offsets: Vec<usize>,
+        columns: Vec<usize>,
+        values: Vec<f64>,
+    ) -> Result<Self, CsrError> {
+        if columns.len() != values.len() {
+            return Err(CsrError::Lengths { columns: columns.len(), values: values.len() });
+        }
+        if offsets.first() != Some(&0) || offsets.last() != Some(&columns.len()) || !offsets.is_sorted() {
+            return Err(CsrError::Offsets);
+        }
+        for (row, range) in offsets.windows(2).enumerate() {
+            let columns = &columns[range[0]..range[1]];
+            let ascend = columns.windows(2).all(|pair| pair[0] < pair[1]);
+            if !ascend || columns.last().is_some_and(|&last| last >= column_count) {
+                return Err(CsrError::Columns(row));
+            }
+        }
+        Ok(Self { column_count, offsets, columns, values })
+    }
+
+    /// Number of rows.
+    pub fn row_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of columns.
+    pub fn column_count(&self) -> usize {
+        self.column_count
+    }
+
+    /// Where the entries of every row begin, and where the last ends: one number more than rows.
+    pub fn offsets(&self) -> &[usize] {
+        &self.offsets
+    }
+
+    /// The column of every entry, row by row.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// The value of every entry, row by row.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The value of every entry, to be changed.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Columns and values of a row.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn row(&self, row: usize) -> (&[usize], &[f64]) {
+        let range = self.offsets[row]..self.offsets[row + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
+    /// All entries as row, column and value, row by row.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+        (0..self.row_count()).flat_map(move |row| {
+            let (columns, values) = self.row(row);
+            columns.iter().zip(values).map(move |(&column, &value)| (row, column, value))
+        })
+    }
+
+    /// A value; `None` where no entry is stored. O(log of the row's entries).
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn get(&self, row: usize, column: usize) -> Option<f64> {
+        let (columns, values) = self.row(row);
+        columns.binary_search(&column).ok().map(|slot| values[slot])
+    }
+
+    /// The value of a stored entry, to be changed; `None` where none is. O(log of the row's entries).
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn get_mut(&mut self, row: usize, column: usize) -> Option<&mut f64> {
+        let start = self.offsets[row];
+        let slot = self.row(row).0.binary_search(&column).ok()?;
+        Some(&mut self.values[start + slot])
+    }
+
+    /// The matrix times a vector. O(entries).
+    ///
+    /// # Panics
+    /// If there is not one value for every column.
+    pub fn multiply(&self, vector: &[f64]) -> Vec<f64> {
+        assert_eq!(vector.len(), self.column_count);
+        let product = |row| {
+            let (columns, values) = self.row(row);
+            columns.iter().zip(values).map(|(&column, value)| value * vector[column]).sum()
+        };
+        (0..self.row_count()).map(product).collect()
+    }
+
+    /// `self + factor · other` for a matrix whose pattern is part of this one's. O(entries).
+    ///
+    /// # Panics
+    /// If the other matrix has an entry where this one has none.
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        assert_eq!(self.row_count(), other.row_count());
+        let mut sum = self.clone();
+        for row in 0..other.row_count() {
+            let mut slot = sum.offsets[row];
+            let (columns, values) = other.row(row);
+            for (&column, &value) in columns.iter().zip(values) {
+                while sum.columns[slot] != column {
+                    slot += 1;
+                }
+                sum.values[slot] += factor * value;
+            }
+        }
+        sum
+    }
+}
+
+impl From<CsrMatrix> for SparseRowMat<usize, f64> {
+    fn from(matrix: CsrMatrix) -> Self {
+        let CsrMatrix { column_count, offsets, columns, values } = matrix;
+        let rows = offsets.len() - 1;
+        SparseRowMat::new(
+            SymbolicSparseRowMat::new_checked(rows, column_count, offsets, None, columns),
+            values,
+        )
+    }
+}
+
+impl From<SparseRowMat<usize, f64>> for CsrMatrix {
+    /// Rows of faer's matrices may be unsorted, and have gaps between them.
+    fn from(matrix: SparseRowMat<usize, f64>) -> Self {
+        let (mut offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        for row in 0..matrix.nrows() {
+            let mut entries: Vec<(usize, f64)> = matrix
+                .symbolic()
+                .col_idx_of_row(row)
+                .zip(matrix.val_of_row(row))
+                .map(|(column, &value)| (column, value))
+                .collect();
+            entries.sort_by_key(|&(column, _)| column);
+            columns.extend(entries.iter().map(|&(column, _)| column));
+            values.extend(entries.iter().map(|&(_, value)| value));
+            offsets.push(columns.len());
+        }
+        Self { column_count: matrix.ncols(), offsets, columns, values }
+    }
+}
+
+impl From<CsrMatrix> for SparseColMat<usize, f64> {
+    /// # Panics
+    /// If memory is short.
+    fn from(matrix: CsrMatrix) -> Self {
+        SparseRowMat::from(matrix).to_col_major().expect("there is memory for the matrix")
+    }
+}
+
+impl From<SparseColMat<usize, f64>> for CsrMatrix {
+    /// # Panics
+    /// If memory is short.
+    fn from(matrix: SparseColMat<usize, f64>) -> Self {
+        matrix.to_row_major().expect("there is memory for the matrix").into()
+    }
+}
+
+#[cfg(feature = "nalgebra")]
+impl From<CsrMatrix> for nalgebra_sparse::CsrMatrix<f64> {
+    fn from(matrix: CsrMatrix) -> Self {
+        let CsrMatrix { column_count, offsets, columns, values } = matrix;
+        Self::try_from_csr_data(offsets.len() - 1, column_count, offsets, columns, values)
+            .expect("rows are sorted and columns are inside")
+    }
+}
+
+#[cfg(feature = "nalgebra")]
+impl From<nalgebra_sparse::CsrMatrix<f64>> for CsrMatrix {
+    fn from(matrix: nalgebra_sparse::CsrMatrix<f64>) -> Self {
+        let column_count = matrix.ncols();
+        let (offsets, columns, values) = matrix.disassemble();
+        Self { column_count, offsets, columns, values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (1 2 0; 0 0 0; 0 3 4; 5 0 0).
+    fn matrix() -> CsrMatrix {
+        let values = vec![1.0, 2.0, 3.0, 4.0, 5.0];
+        CsrMatrix::new(3, vec![0, 2, 2, 4, 5], vec![0, 1, 1, 2, 0], values).unwrap()
+    }
+
+    #[test]
+    fn entries_products_and_sums() {
+        let mut matrix = matrix();
+        assert_eq!(matrix.multiply(&[1.0, 10.0, 100.0]), [21.0, 0.0, 430.0, 5.0]);
+        assert_eq!((matrix.get(2, 2), matrix.get(2, 0)), (Some(4.0), None));
+        *matrix.get_mut(3, 0).unwrap() += 1.0;
+        assert_eq!(matrix.get_mut(1, 0), None);
+        let last = CsrMatrix::new(3, vec![0, 1, 1, 2, 2], vec![1, 2], vec![1.0, 1.0]).unwrap();
+        assert_eq!(matrix.plus(-2.0, &last).values(), [1.0, 0.0, 3.0, 2.0, 6.0]);
+        let entries: Vec<_> = last.entries().collect();
+        assert_eq!(entries, [(0, 1, 1.0), (2, 2, 1.0)]);
+    }
+
+    #[test]
+    fn arrays_that_are_no_matrix_are_refused() {
+        let new = |offsets: &[usize], columns: &[usize], values: usize| {
+            CsrMatrix::new(2, offsets.to_vec(), columns.to_vec(), vec![1.0; values]).unwrap_err()
+        };
+        assert_eq!(new(&[0, 1], &[0], 2), CsrError::Lengths { columns: 1, values: 2 });
+        for offsets in [&[][..], &[1, 1], &[0, 2], &[0, 2, 1]] {
+            assert_eq!(new(offsets, &[0], 1), CsrError::Offsets);
+        }
+        assert_eq!(new(&[0, 1], &[2], 1), CsrError::Columns(0));
+        assert_eq!(new(&[0, 0, 2], &[1, 0], 2), CsrError::Columns(1));
+        assert_eq!(new(&[0, 2], &[1, 1], 2), CsrError::Columns(0));
+    }
+
+    #[test]
+    fn faers_matrices_are_the_same() {
+        let by_rows = SparseRowMat::from(matrix());
+        let by_columns = SparseColMat::from(matrix());
+        for (row, column, value) in matrix().entries() {
+            assert_eq!(by_rows.get(row, column), Some(&value));
+            assert_eq!(by_columns.get(row, column), Some(&value));
+        }
+        assert_eq!(CsrMatrix::from(by_rows), matrix());
+        assert_eq!(CsrMatrix::from(by_columns), matrix());
+        let unsorted = SymbolicSparseRowMat::new_unsorted_checked(1, 3, vec![0, 2], None, vec![2, 0]);
+        let sorted = CsrMatrix::from(SparseRowMat::new(unsorted, vec![1.0, 2.0]));
+        assert_eq!((sorted.columns(), sorted.values()), (&[0, 2][..], &[2.0, 1.0][..]));
+    }
+
+    #[cfg(feature = "nalgebra")]
+    #[test]
+    fn nalgebras_matrices_are_the_same() {
+        let theirs = nalgebra_sparse::CsrMatrix::from(matrix());
+        assert_eq!((theirs.nrows(), theirs.ncols(), theirs.nnz()), (4, 3, 5));
+        assert!(theirs.triplet_iter().map(|(i, j, v)| (i, j, *v)).eq(matrix().entries()));
+        assert_eq!(CsrMatrix::from(theirs), matrix());
+    }
+}
