@@ -34,12 +34,11 @@ pub enum GeodesicError {
         point: SurfacePoint,
     },
     /// The time step of the heat method is not a positive number.
+    #[cfg(feature = "heat")]
     #[error("the time step must be a positive number, not {0}")]
     TimeStep(f64),
-    /// A matrix of the heat method could not be factorised.
-    #[error("the heat method's matrix could not be factorised: {reason}")]
-    Factorisation {
-        /// What failed.
-        reason: String,
-    },
+    /// The matrices of the heat method could not be assembled or factorised.
+    #[cfg(feature = "heat")]
+    #[error(transparent)]
+    Matrices(#[from] ndf_spectral::SpectralError),
 }

@@ -5,7 +5,7 @@ use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::SurfacePoint;
 
 use crate::error::GeodesicError;
-use crate::propagation::{Statistics, Wavefront};
+use crate::propagation::{ExactReport, Wavefront};
 use crate::pseudo_sources::Arrival;
 use crate::sources::Place;
 use crate::windows::Window;
@@ -47,7 +47,7 @@ pub struct Geodesics<'a> {
     pub(crate) bound: f64,
     /// By half-edge; empty when not kept.
     pub(crate) windows: Vec<Vec<Window>>,
-    statistics: Statistics,
+    report: ExactReport,
 }
 
 impl Geodesics<'_> {
@@ -63,8 +63,8 @@ impl Geodesics<'_> {
     }
 
     /// What it took.
-    pub fn statistics(&self) -> Statistics {
-        self.statistics
+    pub fn report(&self) -> ExactReport {
+        self.report
     }
 }
 
@@ -104,8 +104,8 @@ pub fn exact_distances<'a>(
         }
     }
     wavefront.run(progress)?;
-    let Wavefront { mut distances, arrivals, bound, kept, statistics, .. } = wavefront;
+    let Wavefront { mut distances, arrivals, bound, kept, report, .. } = wavefront;
     // Beyond the bound distances are only estimates.
     distances.iter_mut().filter(|d| **d > bound).for_each(|d| *d = f64::INFINITY);
-    Ok(Geodesics { mesh, sources, distances, arrivals, bound, windows: kept, statistics })
+    Ok(Geodesics { mesh, sources, distances, arrivals, bound, windows: kept, report })
 }

@@ -22,13 +22,25 @@
 //! On other triangulations cotangents may be negative and heat may fall below zero. The solver therefore works
 //! on the intrinsic Delaunay triangulation, which it flips to (Bobenko and Springborn 2007): the surface and
 //! its vertices stay the same.
+//!
+//! ```
+//! use ndf_geodesic::HeatSolver;
+//! use ndf_intrinsic::IntrinsicMesh;
+//! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes};
+//!
+//! let sphere = ManifoldMesh::try_from(shapes::icosphere(3)).expect("a sphere is a manifold");
+//! let solver = HeatSolver::new(&IntrinsicMesh::of_mesh(&sphere))?;
+//! for source in [0, 17] {
+//!     let distances = solver.distances(&[SurfacePoint::Vertex(source)])?;
+//!     let farthest = distances.iter().copied().fold(0.0, f64::max);
+//!     assert!((farthest - std::f64::consts::PI).abs() < 0.1);
+//! }
+//! # Ok::<(), ndf_geodesic::GeodesicError>(())
+//! ```
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, Side};
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 use ndf_mesh::SurfacePoint;
+use ndf_spectral::{Cholesky, Components, LaplaceBeltrami, Mass, MetricTriangles, SymbolicCholesky};
 
 use crate::error::GeodesicError;
 use crate::sources::Place;
@@ -44,10 +56,11 @@ pub struct HeatSolver {
     /// The same vertices, mollified where faces had no area, and flipped to Delaunay.
     mesh: IntrinsicMesh,
     time: f64,
-    heat: Llt<usize, f64>,
-    poisson: Llt<usize, f64>,
-    /// The connected component of every vertex.
-    components: Vec<u32>,
+    /// Of `L + M/t`.
+    heat: Cholesky,
+    /// Of `L`, with one vertex of every component held at 0.
+    poisson: Cholesky,
+    components: Components,
 }
 
 impl HeatSolver {
@@ -55,7 +68,7 @@ impl HeatSolver {
     /// practice.
     ///
     /// # Errors
-    /// If a factorisation fails, which takes lengths that are no surface's.
+    /// If a vertex has no area around it, or the matrices are not positive definite to double precision.
     pub fn new(mesh: &IntrinsicMesh) -> Result<Self, GeodesicError> {
         Self::with_time(mesh, 1.0)
     }
@@ -71,58 +84,26 @@ impl HeatSolver {
         mesh.flip_to_delaunay();
         let mean = mesh.lengths().iter().sum::<f64>() / mesh.edge_count().max(1) as f64;
         let step = time * mean * mean;
-        let failed = |reason: String| GeodesicError::Factorisation { reason };
         if !(step.is_finite() && step > 0.0) {
             return Err(GeodesicError::TimeStep(step));
         }
-        let components = components(&mesh);
-        let vertices = mesh.vertex_count();
-        let mut mass = vec![0.0; vertices];
-        // The graph Laplacian part that both matrices share, lower triangle.
-        let mut laplacian = Vec::with_capacity(mesh.edge_count() + vertices);
-        let mut diagonal = vec![0.0; vertices];
-        for face in 0..mesh.face_count() as u32 {
-            let area = mesh.area(face);
-            mesh.face_vertices(face).into_iter().for_each(|v| mass[v as usize] += area / 3.0);
-        }
-        for edge in 0..mesh.edge_count() as u32 {
-            let [a, b] = mesh.edge_vertices(edge);
-            // An edge from a vertex to itself sees no difference.
-            if a == b {
-                continue;
-            }
-            let weight = 0.5 * mesh.cotangent_sum(edge);
-            diagonal[a as usize] += weight;
-            diagonal[b as usize] += weight;
-            laplacian.push((a.max(b) as usize, a.min(b) as usize, -weight));
-        }
-        let matrix = |scale: f64, diagonal: Vec<f64>| {
-            let below = laplacian.iter().map(|&(i, j, w)| Triplet::new(i, j, scale * w));
-            let on = diagonal.into_iter().enumerate().map(|(i, w)| Triplet::new(i, i, w));
-            let triplets: Vec<_> = below.chain(on).collect();
-            SparseColMat::try_new_from_triplets(vertices, vertices, &triplets)
-                .map_err(|e| failed(format!("{e:?}")))
-        };
-        let heat = matrix(step, diagonal.iter().zip(&mass).map(|(d, m)| m + step * d).collect())?;
+        let operator = LaplaceBeltrami::from_lengths(&MetricTriangles::from(&mesh), Mass::Barycentric)?;
+        let components = operator.components().clone();
+        // Scaled by 1/t, which changes no direction of a gradient.
+        let heat = operator.laplacian().plus(step.recip(), operator.mass());
         // A right-hand side sums to zero over a component: pulling one vertex of it towards 0 holds that
         // vertex at exactly 0 and changes nothing else, but makes the matrix definite.
-        let mut pulled = diagonal;
-        let mut last = u32::MAX;
-        let mut by_component: Vec<usize> = (0..vertices).collect();
-        by_component.sort_by_key(|&v| (components[v], v));
-        for v in by_component {
-            if std::mem::replace(&mut last, components[v]) != components[v] {
-                pulled[v] += pulled[v].max(1.0);
+        let mut poisson = operator.laplacian().clone();
+        let mut pulled = vec![false; components.count()];
+        for (v, &component) in components.of_vertices().iter().enumerate() {
+            if !std::mem::replace(&mut pulled[component as usize], true)
+                && let Some(diagonal) = poisson.get_mut(v, v)
+            {
+                *diagonal += diagonal.max(1.0);
             }
         }
-        let poisson = matrix(1.0, pulled)?;
-        let symbolic =
-            SymbolicLlt::try_new(heat.symbolic(), Side::Lower).map_err(|e| failed(format!("{e:?}")))?;
-        let factorise = |m: &SparseColMat<usize, f64>| {
-            Llt::try_new_with_symbolic(symbolic.clone(), m.as_ref(), Side::Lower)
-                .map_err(|e| failed(format!("{e:?}")))
-        };
-        let (heat, poisson) = (factorise(&heat)?, factorise(&poisson)?);
+        let symbolic = SymbolicCholesky::new(&heat)?;
+        let (heat, poisson) = (symbolic.cholesky(&heat)?, symbolic.cholesky(&poisson)?);
         Ok(Self { given, mesh, time: step, heat, poisson, components })
     }
 
@@ -141,44 +122,41 @@ impl HeatSolver {
         if sources.is_empty() {
             return Err(GeodesicError::NoSource);
         }
-        let vertices = self.mesh.vertex_count();
-        let mut reached = vec![false; vertices];
-        let mut heat = Mat::zeros(vertices, 1);
+        let mut heat = vec![0.0; self.mesh.vertex_count()];
+        let component_of = self.components.of_vertices();
         // Each source as vertices and weights.
         let mut weights = Vec::new();
         for &source in sources {
             let point = Place::of(&self.given, source)?.as_face_point(&self.given);
             let corners = self.given.face_vertices(point.face);
             for (v, b) in corners.into_iter().zip(point.barycentric) {
-                heat[(v as usize, 0)] += b;
+                heat[v as usize] += b;
             }
-            reached[self.components[corners[0] as usize] as usize] = true;
             weights.push((corners, point.barycentric));
         }
-        let heat = self.heat.solve(&heat);
-        let divergence = self.unit_divergence(|v| heat[(v as usize, 0)]);
-        let potential = self.poisson.solve(&divergence);
-        // The constant of every component: the lowest value at its sources.
-        let mut lowest = vec![f64::INFINITY; vertices];
+        self.heat.solve(&mut [&mut heat]);
+        let mut potential = self.unit_divergence(&heat);
+        self.poisson.solve(&mut [&mut potential]);
+        // The constant of every component: the lowest value at its sources; infinite where there is none.
+        let mut lowest = vec![f64::INFINITY; self.components.count()];
         for (corners, barycentric) in weights {
-            let value: f64 =
-                corners.iter().zip(barycentric).map(|(&v, b)| b * potential[(v as usize, 0)]).sum();
-            let component = self.components[corners[0] as usize] as usize;
-            lowest[component] = lowest[component].min(value);
+            let value: f64 = corners.iter().zip(barycentric).map(|(&v, b)| b * potential[v as usize]).sum();
+            let lowest = &mut lowest[component_of[corners[0] as usize] as usize];
+            *lowest = lowest.min(value);
         }
-        let distance = |v: usize| {
-            let component = self.components[v] as usize;
-            if reached[component] { (potential[(v, 0)] - lowest[component]).max(0.0) } else { f64::INFINITY }
-        };
-        Ok((0..vertices).map(distance).collect())
+        for (distance, &component) in potential.iter_mut().zip(component_of) {
+            let lowest = lowest[component as usize];
+            *distance = if lowest.is_finite() { (*distance - lowest).max(0.0) } else { f64::INFINITY };
+        }
+        Ok(potential)
     }
 
     /// The integrated divergence of −∇u/|∇u| at every vertex, as the right-hand side of `L φ = …`.
-    fn unit_divergence(&self, heat: impl Fn(u32) -> f64) -> Mat<f64> {
-        let mut divergence = Mat::zeros(self.mesh.vertex_count(), 1);
+    fn unit_divergence(&self, heat: &[f64]) -> Vec<f64> {
+        let mut divergence = vec![0.0; self.mesh.vertex_count()];
         for face in 0..self.mesh.face_count() as u32 {
             let corners = self.mesh.face_vertices(face);
-            let values = corners.map(&heat);
+            let values = corners.map(|v| heat[v as usize]);
             // The direction of a gradient does not depend on its scale, and heat may be tiny.
             let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             let sides = self.mesh.sides(face);
@@ -199,35 +177,11 @@ impl HeatSolver {
             let hats = [[-y, x - length], [y, -x], [0.0, length]];
             for (corner, hat) in corners.into_iter().zip(hats) {
                 // The weak form of L φ = −div: ∫ ∇φ·∇ψ = ∫ X·∇ψ.
-                divergence[(corner as usize, 0)] += 0.5 * (hat[0] * away[0] + hat[1] * away[1]);
+                divergence[corner as usize] += 0.5 * (hat[0] * away[0] + hat[1] * away[1]);
             }
         }
         divergence
     }
-}
-
-/// The connected component of every vertex, numbered by a vertex of it.
-fn components(mesh: &IntrinsicMesh) -> Vec<u32> {
-    let mut component = vec![u32::MAX; mesh.vertex_count()];
-    let mut stack = Vec::new();
-    for seed in 0..mesh.vertex_count() as u32 {
-        if component[seed as usize] != u32::MAX {
-            continue;
-        }
-        component[seed as usize] = seed;
-        stack.push(seed);
-        while let Some(v) = stack.pop() {
-            for h in mesh.outgoing(v) {
-                for u in [mesh.tip(h), mesh.tail(mesh.previous(h))] {
-                    if component[u as usize] == u32::MAX {
-                        component[u as usize] = seed;
-                        stack.push(u);
-                    }
-                }
-            }
-        }
-    }
-    component
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! - [`exact_distances`]: exact polyhedral distances from any number of points, by windows (Mitchell, Mount
 //!   and Papadimitriou 1987) that cross faces in whole lists (Qin et al. 2016); distances at any point and
 //!   shortest paths back from the windows, when they are kept.
-//! - [`HeatSolver`]: smooth approximate distances, many sources for one factorisation (Crane, Weischedel and
-//!   Wardetzky 2013). Its [module](heat) says when to use which.
+//! - `HeatSolver`, with the feature `heat`: smooth approximate distances, many sources for one factorisation
+//!   (Crane, Weischedel and Wardetzky 2013). The page of the module `heat` says when to use which.
 //!
 //! ```
 //! use ndf_core::NoProgress;
@@ -31,6 +31,7 @@ mod envelope;
 mod error;
 mod exact;
 mod front;
+#[cfg(feature = "heat")]
 pub mod heat;
 mod paths;
 mod pending;
@@ -43,6 +44,7 @@ mod windows;
 
 pub use error::GeodesicError;
 pub use exact::{ExactOptions, Geodesics, exact_distances};
+#[cfg(feature = "heat")]
 pub use heat::HeatSolver;
 pub use paths::Path;
-pub use propagation::Statistics;
+pub use propagation::ExactReport;

@@ -22,7 +22,7 @@ const TASKS_PER_REPORT: u64 = 4096;
 /// What an exact computation took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
-pub struct Statistics {
+pub struct ExactReport {
     /// Windows carried across a face.
     pub windows: u64,
     /// The largest number of windows that waited at once.
@@ -46,7 +46,7 @@ pub(crate) struct Wavefront<'a> {
     targets: Vec<FacePoint>,
     /// Windows that entered a face, by the half-edge they entered through; empty when they are not kept.
     pub(crate) kept: Vec<Vec<Window>>,
-    pub(crate) statistics: Statistics,
+    pub(crate) report: ExactReport,
     left: Vec<Window>,
     right: Vec<Window>,
     emitted: Vec<Emission>,
@@ -70,7 +70,7 @@ impl<'a> Wavefront<'a> {
             bound,
             targets,
             kept: if keep_windows { vec![Vec::new(); mesh.halfedge_count()] } else { Vec::new() },
-            statistics: Statistics::default(),
+            report: ExactReport::default(),
             left: Vec::new(),
             right: Vec::new(),
             emitted: Vec::new(),
@@ -124,16 +124,16 @@ impl<'a> Wavefront<'a> {
                 }
                 Task::Edge(halfedge) => self.cross(halfedge),
             }
-            self.statistics.tasks += 1;
-            if self.statistics.tasks.is_multiple_of(TASKS_PER_REPORT) {
+            self.report.tasks += 1;
+            if self.report.tasks.is_multiple_of(TASKS_PER_REPORT) {
                 if progress.cancelled() {
                     return Err(GeodesicError::Cancelled);
                 }
                 progress.report("geodesic distances", settled as f64 / self.mesh.vertex_count() as f64);
             }
         }
-        self.statistics.peak_windows = self.pending.peak;
-        self.statistics.front_bytes = self.pending.bytes();
+        self.report.peak_windows = self.pending.peak;
+        self.report.front_bytes = self.pending.bytes();
         Ok(())
     }
 
@@ -198,7 +198,7 @@ impl<'a> Wavefront<'a> {
         let gone = cut_by_tail(&mut list, at_tail);
         let kept = cut_by_tip(&mut list[gone..], layout.length, at_tip);
         let windows = &list[gone..gone + kept];
-        self.statistics.windows += windows.len() as u64;
+        self.report.windows += windows.len() as u64;
         if let Some(all) = self.kept.get_mut(halfedge as usize) {
             all.extend_from_slice(windows);
         }

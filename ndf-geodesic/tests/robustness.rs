@@ -8,7 +8,9 @@ mod common;
 use common::subdivided;
 use ndf_core::DVec3;
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
+#[cfg(feature = "heat")]
+use ndf_geodesic::HeatSolver;
+use ndf_geodesic::{ExactOptions, GeodesicError, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::shapes;
 use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
@@ -249,6 +251,7 @@ fn edges_without_length_and_flat_faces_are_crossed() {
             assert!((length - truth).abs() < 1e-9, "{source} to {v}: {length} {truth}");
         }
     }
+    #[cfg(feature = "heat")]
     assert!(HeatSolver::new(&intrinsic).unwrap().distances(&[SurfacePoint::Vertex(0)]).is_ok());
 }
 
@@ -311,7 +314,7 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
         for (a, b) in near.distances().iter().zip(full.distances()) {
             assert!(if *b <= radius { (a - b).abs() < 1e-13 } else { *a == f64::INFINITY });
         }
-        assert!(near.statistics().windows < full.statistics().windows);
+        assert!(near.report().windows < full.report().windows);
     }
     for target in [
         SurfacePoint::Vertex(1234),
@@ -323,7 +326,7 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
         let near = exact_distances(&mesh, &source, &options, &NoProgress).unwrap();
         let d = near.distance_at(target).unwrap();
         assert!((d - full.distance_at(target).unwrap()).abs() < 1e-13);
-        assert!(near.statistics().windows < full.statistics().windows);
+        assert!(near.report().windows < full.report().windows);
         for (a, b) in near.distances().iter().zip(full.distances()) {
             assert!(a.is_infinite() || (a - b).abs() < 1e-13);
         }

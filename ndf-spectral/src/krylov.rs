@@ -101,7 +101,7 @@ impl<'a> KrylovSpace<'a> {
     /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
     /// what is but rounding in coefficients becomes large when L is applied to it.
     fn fresh_block(&mut self) -> Panel {
-        let rows = self.mass.nrows();
+        let rows = self.mass.row_count();
         let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
         let mut block = Panel::new();
         multiply(&self.mass, &noise, &mut block);

@@ -13,7 +13,7 @@ use crate::tufted_cover::TuftedCover;
 
 /// Faces flatter than this are mollified: `a + b − c` below this fraction of the mean length. The lengths of all
 /// edges then change in the tenth digit.
-pub const MOLLIFICATION: f64 = 1e-10;
+const MOLLIFICATION: f64 = 1e-10;
 
 /// How an operator is made of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,11 +6,12 @@ use std::f64::consts::{PI, TAU};
 
 use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
+use nalgebra_sparse::na::DMatrix;
 use ndf_core::progress::{NoProgress, Progress};
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::{TriangleMesh, shapes};
-use ndf_spectral::{LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
+use ndf_spectral::{CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
 
 fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {
     IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh).unwrap())
@@ -59,7 +60,11 @@ fn modes_agree_with_a_dense_solver() {
             let operator = operator(mesh.clone(), mass);
             let modes = modes(&operator, count);
             check(&operator, &modes);
-            let dense = |matrix: &CsrMatrix| DMatrix::from(&nalgebra_sparse::CsrMatrix::from(matrix.clone()));
+            let dense = |matrix: &CsrMatrix| {
+                let mut dense = DMatrix::zeros(matrix.row_count(), matrix.column_count());
+                matrix.entries().for_each(|(i, j, x)| dense[(i, j)] = x);
+                dense
+            };
             let inverse = dense(operator.mass()).cholesky().unwrap().l().try_inverse().unwrap();
             let reduced = &inverse * dense(operator.laplacian()) * inverse.transpose();
             let mut expected = reduced.symmetric_eigenvalues().as_slice().to_vec();

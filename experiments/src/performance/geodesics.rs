@@ -70,9 +70,9 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         row["megabytes_before"] = before.into();
         row["megabytes_peak"] = peak.into();
     }
-    let statistics = geodesics.statistics();
-    row["windows"] = statistics.windows.into();
-    row["windows_at_once"] = statistics.peak_windows.into();
+    let report = geodesics.report();
+    row["windows"] = report.windows.into();
+    row["windows_at_once"] = report.peak_windows.into();
     row["unreached"] = geodesics.unreached().into();
     let distances = geodesics.distances().to_vec();
     drop(geodesics);
