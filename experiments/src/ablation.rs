@@ -15,7 +15,7 @@ use ndf_mesh::{ManifoldMesh, repair};
 use ndf_meshing::{BaseMeshOptions, MarchingCubesOptions, base_mesh_of_manifold, marching_cubes};
 use ndf_network::Activation;
 use ndf_surfaces::MeshSurface;
-use ndf_train::{FitReport, Hooks, LogRecord, ReverseMap, Settings, Trainer, train};
+use ndf_train::{FitReport, LogRecord, ReverseMap, Settings, Trainer, train};
 use serde::{Deserialize, Serialize};
 
 use crate::root;
@@ -134,15 +134,17 @@ fn cases(study: Study, start: &Settings) -> Vec<Case> {
         Case { label, settings, grid: None }
     };
     match study {
-        Study::Features => [2, 4, 8, 16].map(|d| case(format!("d = {d}"), &|s| s.field.features = d)).into(),
-        Study::Neurons => {
-            [16, 32, 64].map(|n| case(format!("{n} neurons"), &|s| s.field.hidden = vec![n; 2])).into()
+        Study::Features => {
+            [2, 4, 8, 16].map(|d| case(format!("d = {d}"), &|s| s.field.network.features = d)).into()
         }
+        Study::Neurons => [16, 32, 64]
+            .map(|n| case(format!("{n} neurons"), &|s| s.field.network.hidden = vec![n; 2]))
+            .into(),
         Study::Samples => {
             [1 << 11, 1 << 13, 1 << 15].map(|n| case(format!("{n} samples"), &|s| s.samples = n)).into()
         }
         Study::Activations => {
-            Activation::ALL.map(|a| case(format!("{a:?}"), &|s| s.field.activation = a)).into()
+            Activation::ALL.map(|a| case(format!("{a:?}"), &|s| s.field.network.activation = a)).into()
         }
         Study::Projection => {
             let kept = [1, 5, 10, 50].map(|epochs| {
@@ -177,7 +179,7 @@ fn cases(study: Study, start: &Settings) -> Vec<Case> {
             .map(|weight| case(format!("λ_D = {weight}"), &|s| s.lambda_d = weight))
             .into(),
         Study::Octaves => [0, 2, 4, 8]
-            .map(|octaves| case(format!("{octaves} octaves"), &|s| s.field.octaves = octaves))
+            .map(|octaves| case(format!("{octaves} octaves"), &|s| s.field.network.octaves = octaves))
             .into(),
         Study::FeatureRate => [1.0, 10.0, 50.0, 100.0]
             .map(|rate| case(format!("{rate} times"), &|s| s.feature_rate = rate))
@@ -284,8 +286,7 @@ fn learn(
         }
     };
     let mut trainer = Trainer::new(seen, base, settings).map_err(|e| e.to_string())?.finished_on(truth, 0);
-    let mut hooks = Hooks { progress: &NoProgress, log: Some(&mut log) };
-    let (fit, _) = train(&mut trainer, &mut hooks).map_err(|e| e.to_string())?;
+    let (fit, _) = train(&mut trainer, Some(&mut log), &NoProgress).map_err(|e| e.to_string())?;
     Ok((Curve(curve), fit.report))
 }
 

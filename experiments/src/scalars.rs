@@ -20,7 +20,8 @@ use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_model::Model;
-use ndf_model::scalars::{ChannelIndex, ScalarShape};
+use ndf_model::scalars::ScalarShape;
+use ndf_model::{ChannelIndex, NetworkShape};
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions};
 use ndf_train::scalars::{ScalarFit, ScalarSettings, fit};
 use serde::{Deserialize, Serialize};
@@ -80,11 +81,13 @@ fn cases(preset: Preset) -> Vec<Case> {
         change(&mut settings.shape);
         Case { label, settings }
     };
-    let intrinsic = |d: usize| case(format!("intrinsic, d = {d}"), &|s| (s.features, s.octaves) = (d, 0));
-    let both = |d: usize| case(format!("intrinsic with octaves, d = {d}"), &|s| s.features = d);
+    let intrinsic =
+        |d: usize| case(format!("intrinsic, d = {d}"), &|s| (s.network.features, s.network.octaves) = (d, 0));
+    let both = |d: usize| case(format!("intrinsic with octaves, d = {d}"), &|s| s.network.features = d);
     let coordinates = |width: usize| {
         case(format!("coordinates, {width} neurons"), &|s| {
-            *s = ScalarShape { features: 0, octaves: OCTAVES, hidden: vec![width; 2], ..s.clone() };
+            let activation = s.network.activation;
+            s.network = NetworkShape { features: 0, octaves: OCTAVES, hidden: vec![width; 2], activation };
         })
     };
     let mut all: Vec<Case> = [2, 4, 8].map(intrinsic).into();
@@ -151,7 +154,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
                 training: training.clone(),
                 encoding: label,
                 numbers: settings.bits.map_or("single".into(), |bits| format!("{bits} bits")),
-                bytes: fields.to_payload().len(),
+                bytes: fields.stored_bytes(),
                 rms: overall.rms,
                 max: overall.max,
                 epochs: report.epochs,

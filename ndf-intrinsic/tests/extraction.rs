@@ -6,7 +6,7 @@ use ndf_intrinsic::{ExtractionError, ExtractionOptions, extract};
 use ndf_mesh::shapes;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_model::DisplacementField;
-use ndf_model::field::FieldShape;
+use ndf_model::FieldShape;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -17,7 +17,8 @@ fn wavy(base: TriangleMesh, amplitude: f32) -> DisplacementField {
     let field = DisplacementField::untrained(base, FieldShape::default(), 2).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut random = |n: usize| (0..n).map(|_| rng.random_range(-amplitude..amplitude)).collect::<Vec<f32>>();
-    let (features, parameters) = (random(field.features().len()), random(field.network().parameters().len()));
+    let (features, parameters) =
+        (random(field.network().features().len()), random(field.network().mlp().parameters().len()));
     field.with_parameters(features, parameters).unwrap()
 }
 

@@ -11,7 +11,7 @@ use ndf_intrinsic::{
 use ndf_mesh::shapes;
 use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_model::DisplacementField;
-use ndf_model::field::FieldShape;
+use ndf_model::FieldShape;
 use rand::RngExt;
 
 /// Flips, refines and subdivides; everything must hold afterwards.

@@ -1,4 +1,4 @@
-//! Reading and writing model files on one thread: `cargo bench -p ndf-core --bench model -- [MODEL.ndf …]`.
+//! Reading and writing model files on one thread: `cargo bench -p ndf-model --bench model -- [MODEL.ndf …]`.
 //!
 //! Besides the files that are named, a made model: features and weights uniform at random, plain and in the default
 //! precision. Learned features, of which most are small, take about half the bytes.
@@ -36,8 +36,8 @@ fn made() -> Model {
     let shape = FieldShape::default();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut numbers = |n: usize| (0..n).map(|_| rng.random_range(-0.5..0.5)).collect::<Vec<f32>>();
-    let features = numbers(base.vertex_count() * shape.features);
-    let parameters = numbers(shape.network().parameter_count());
+    let features = numbers(base.vertex_count() * shape.network.features);
+    let parameters = numbers(shape.mlp().parameter_count());
     let field = DisplacementField::new(base, shape, features, parameters).expect("the parts fit");
     Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() }
 }

@@ -1,14 +1,39 @@
 //! The model: a displacement field on a base mesh, scalar fields on it, the similarity to the user's units, and the
 //! `.ndf` file that holds them.
 //!
-//! Networks are `f32`, geometry is `f64`; the conversion happens in one place, [the displacement field](field).
+//! [`IntrinsicNetwork`] is the heart of both kinds of field: a perceptron fed by features at the vertices of a base mesh.
+//! Networks are `f32`, geometry is `f64`; the conversion happens in one place, [the displacement
+//! field](displacement_field).
+//!
+//! ```
+//! use ndf_mesh::sampling::AreaSampler;
+//! use ndf_mesh::{ManifoldMesh, shapes};
+//! use ndf_model::{DisplacementField, FieldShape, Model, Similarity};
+//!
+//! // A field that was not trained is the identity of its base mesh.
+//! let base = ManifoldMesh::try_from(shapes::torus(24, 12, 1.0, 0.4))?;
+//! let similarity = Similarity::to_box(&base.bounds());
+//! let positions = base.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
+//! let field = DisplacementField::untrained(base.with_positions(positions), FieldShape::default(), 0)?;
+//! let model = Model { field, similarity, scalars: vec![], provenance: String::new() };
+//!
+//! let read = Model::from_bytes(&model.to_bytes())?;
+//! let points = AreaSampler::of_manifold(read.field.base()).ok_or("no area")?.sample(100, 0, 0);
+//! for (image, point) in read.field.map(&points).into_iter().zip(&points) {
+//!     assert_eq!(image, point.position(read.field.base().as_triangle_mesh()));
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-pub mod field;
+pub mod displacement_field;
 pub mod file;
+pub mod intrinsic_network;
+mod model;
 pub mod scalars;
-pub mod similarity;
+mod similarity;
 
-pub use field::{DisplacementField, FieldShape};
-pub use file::Model;
-pub use scalars::StoredScalars;
-pub use similarity::Similarity;
+pub use displacement_field::{DisplacementField, FieldShape, Mapped};
+pub use intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape};
+pub use model::Model;
+pub use scalars::SurfaceScalars;
+pub use similarity::{BOX_HALF_SIDE, Similarity, SimilarityError};

@@ -23,13 +23,24 @@ pub struct Similarity {
 /// With others, points of the box would not be finite in the world, or squares of lengths neither finite nor above 0.
 const SCALES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
 
+/// A scale that is too small, too large or no number, or a centre that is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the scale or the centre is not usable")]
+pub struct SimilarityError;
+
 impl Similarity {
     /// The identity.
     pub const IDENTITY: Self = Self { scale: 1.0, center: DVec3::ZERO };
 
-    /// The map with the given scale and centre; `None` unless the scale is between 10⁻¹⁵⁰ and 10¹⁵⁰ and the centre finite.
-    pub fn new(scale: f64, center: DVec3) -> Option<Self> {
-        (SCALES.contains(&scale) && center.is_finite()).then_some(Self { scale, center })
+    /// The map with the given scale and centre.
+    ///
+    /// # Errors
+    /// Unless the scale is between 10⁻¹⁵⁰ and 10¹⁵⁰ and the centre finite.
+    pub fn new(scale: f64, center: DVec3) -> Result<Self, SimilarityError> {
+        match (SCALES.contains(&scale), center.is_finite()) {
+            (true, true) => Ok(Self { scale, center }),
+            _ => Err(SimilarityError),
+        }
     }
 
     /// The map under which `bounds` fills the box: its centre goes to the origin and its longest side gets
@@ -38,7 +49,7 @@ impl Similarity {
         let side = bounds.extent().max_element();
         let center = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
         Self::new(2.0 * BOX_HALF_SIDE / side, center)
-            .or_else(|| Self::new(1.0, center))
+            .or_else(|_| Self::new(1.0, center))
             .unwrap_or(Self::IDENTITY)
     }
 
@@ -88,10 +99,10 @@ mod tests {
 
     #[test]
     fn degenerate_scales_are_refused() {
-        assert!(Similarity::new(0.0, DVec3::ZERO).is_none());
-        assert!(Similarity::new(f64::NAN, DVec3::ZERO).is_none());
-        assert!(Similarity::new(f64::MIN_POSITIVE, DVec3::ZERO).is_none());
-        assert!(Similarity::new(1e151, DVec3::ZERO).is_none());
+        assert!(Similarity::new(0.0, DVec3::ZERO).is_err());
+        assert!(Similarity::new(f64::NAN, DVec3::ZERO).is_err());
+        assert!(Similarity::new(f64::MIN_POSITIVE, DVec3::ZERO).is_err());
+        assert!(Similarity::new(1e151, DVec3::ZERO).is_err());
         assert_eq!(Similarity::to_box(&BoundingBox::EMPTY), Similarity::IDENTITY);
     }
 }

@@ -1,4 +1,4 @@
-//! The networks' kernels beside the processor's peak, on one thread: `cargo bench -p ndf-core --bench kernels`.
+//! The networks' kernels beside the processor's peak, on one thread: `cargo bench -p ndf-network --bench kernels`.
 //!
 //! Arithmetic is counted without padding. The peak is that of a bare loop of fused multiply-adds in registers.
 
@@ -7,8 +7,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use ndf_network::backward::InputGradient;
-use ndf_network::{Activation, Activations, BLOCK, Gradients, Mlp, MlpShape, Packed, backward, forward};
+use ndf_network::simd::{InputGradient, backward, forward};
+use ndf_network::{Activation, Activations, BLOCK, Gradients, Mlp, MlpShape, Packed};
 use pulp::{Simd, WithSimd};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -127,7 +127,7 @@ pub enum InputGradient {
 }
 
 /// Carries the derivative by the output, which lies in `gradients`, back through the network at `activations`,
-/// which [`forward`](super::forward()) has filled; adds to the gradients of the parameters. Where tangents have
+/// which [`forward`](super::forward::forward) has filled; adds to the gradients of the parameters. Where tangents have
 /// gradients too, theirs come first: see [`backward_tangent`].
 #[inline(always)]
 pub fn backward<S: Simd>(
@@ -160,7 +160,7 @@ pub fn backward<S: Simd>(
 }
 
 /// Carries the derivative by an output tangent, which lies in `gradients`, back through the tangent map of the network
-/// at `activations`; `tangent` is what [`forward_tangent`](super::forward_tangent) has filled.
+/// at `activations`; `tangent` is what [`forward_tangent`](super::forward::forward_tangent) has filled.
 ///
 /// A tangent depends on the values through the slopes of the activations. Between the kinks of one that is linear on
 /// both sides of 0 that is not at all; for others this part waits in `gradients` for [`backward`], which must be called
@@ -204,7 +204,8 @@ pub fn backward_tangent<S: Simd>(
 #[cfg(test)]
 mod tests {
     use super::super::BLOCK;
-    use super::super::{Activation, Mlp, MlpShape, forward, forward_tangent};
+    use super::super::forward::{forward, forward_tangent};
+    use super::super::{Activation, Mlp, MlpShape};
     use super::*;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;

@@ -3,15 +3,12 @@
 
 use pulp::Simd;
 
-/// Features of a base vertex; more are not supported.
-pub const MOST_FEATURES: usize = 4096;
-
 /// Most octaves a point is encoded with: beyond, single precision has nothing left to tell.
 pub const MOST_OCTAVES: usize = 20;
 
 /// Sine and cosine of `π t`, to about 3e-7. Range reduction is exact in `f32`.
 #[inline(always)]
-pub fn sin_cos_pi<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
+pub(crate) fn sin_cos_pi<S: Simd>(simd: S, t: S::f32s) -> (S::f32s, S::f32s) {
     // 1.5·2²³: adding and subtracting it rounds to the nearest integer for |t| < 2²².
     let round = simd.splat_f32s(12_582_912.0);
     let rounded = |x| simd.sub_f32s(simd.add_f32s(x, round), round);
@@ -57,6 +54,7 @@ pub const fn width(octaves: usize) -> usize {
 ///
 /// # Panics
 /// If there are more than [`MOST_OCTAVES`].
+#[doc(hidden)]
 #[inline(always)]
 pub fn encode<S: Simd>(simd: S, x: [f32; 3], octaves: usize, row: &mut [f32]) {
     let width = row.len();
@@ -64,6 +62,7 @@ pub fn encode<S: Simd>(simd: S, x: [f32; 3], octaves: usize, row: &mut [f32]) {
 }
 
 /// [`encode`] for many points: point i goes to `rows[i stride ..]`.
+#[doc(hidden)]
 #[inline(always)]
 pub fn encode_rows<S: Simd>(simd: S, points: &[[f32; 3]], octaves: usize, rows: &mut [f32], stride: usize) {
     /// Points at a time: what is stored in small pieces must have reached the cache before whole vectors are loaded.
@@ -108,6 +107,7 @@ fn copy_row(to: &mut [f32], from: &[f32]) {
 }
 
 /// The derivative of the encoding, whose values are in `row`, in the direction `dx`.
+#[doc(hidden)]
 #[inline(always)]
 pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [f32]) {
     let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
@@ -123,6 +123,7 @@ pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [
 }
 
 /// The gradient by `x` of a function whose gradient by the encoding is `gradient`.
+#[doc(hidden)]
 #[inline(always)]
 pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3] {
     let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
@@ -141,18 +142,6 @@ pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3
         frequency *= 2.0;
     }
     dx
-}
-
-/// What is wrong with the sizes of a network and of the encoding it is given, if anything: no model is so large, and a
-/// hostile file must not cost memory.
-pub fn defect(features: usize, octaves: usize, hidden: &[usize]) -> Option<&'static str> {
-    match hidden {
-        _ if features > MOST_FEATURES => Some("more than 4096 features a vertex are not supported"),
-        _ if octaves > MOST_OCTAVES => Some("more than 20 octaves are beyond single precision"),
-        hidden if hidden.len() > 255 => Some("more than 255 hidden layers are not supported"),
-        hidden if hidden.iter().any(|&w| w == 0 || w > 4096) => Some("hidden layers have 1 to 4096 neurons"),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

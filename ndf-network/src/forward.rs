@@ -1,6 +1,6 @@
 //! Values and directional derivatives of a network for a block of samples.
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::activation::Jet;
 use super::kernels::{Finish, Panels, product};
@@ -214,5 +214,45 @@ pub fn forward_tangent<S: Simd>(
                 output.iter_mut().zip(&**sums).zip(&**slopes).for_each(|((y, x), slope)| *y = *x * slope);
             }
         }
+    }
+}
+
+impl Mlp {
+    /// The outputs for rows of input, one row a sample, on one thread. Many calls with the same parameters are cheaper
+    /// through [`Packed`], which this makes anew.
+    ///
+    /// # Panics
+    /// If the network has no inputs, or `rows` is not made of whole rows.
+    pub fn evaluate(&self, rows: &[f32]) -> Vec<f32> {
+        let (inputs, outputs) = (self.shape().inputs, self.shape().outputs);
+        assert!(inputs > 0 && rows.len().is_multiple_of(inputs), "rows of {inputs} numbers");
+        let packed = Packed::new(self);
+        let mut activations = Activations::new(&packed);
+        let mut found = Vec::with_capacity(rows.len() / inputs * outputs);
+        for rows in rows.chunks(BLOCK * inputs) {
+            let stride = activations.input_stride();
+            for (to, row) in activations.input_mut().chunks_exact_mut(stride).zip(rows.chunks_exact(inputs)) {
+                to[..inputs].copy_from_slice(row);
+            }
+            pulp::Arch::new().dispatch(Forward { packed: &packed, activations: &mut activations });
+            let results = activations.output().chunks_exact(activations.output_stride());
+            found.extend(results.take(rows.len() / inputs).flat_map(|row| &row[..outputs]));
+        }
+        found
+    }
+}
+
+/// A block's way through a network, to be dispatched.
+struct Forward<'a> {
+    packed: &'a Packed,
+    activations: &'a mut Activations,
+}
+
+impl WithSimd for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        forward(simd, self.packed, self.activations);
     }
 }

@@ -11,12 +11,9 @@ use super::Lines;
 /// Floats in a row of a panel.
 const PANEL: usize = 32;
 
-/// Most rows of a tile: number of rows of a block are multiples of it.
-pub const TILE_ROWS: usize = 8;
-
 /// A matrix in panels: the rows of the first `PANEL` columns, then those of the next.
 #[derive(Clone, Debug)]
-pub struct Panels {
+pub(crate) struct Panels {
     rows: usize,
     width: usize,
     data: Lines,
@@ -24,17 +21,12 @@ pub struct Panels {
 
 impl Panels {
     /// Zeros; `width` is a multiple of [`LANES`](super::LANES).
-    pub fn new(rows: usize, width: usize) -> Self {
+    pub(crate) fn new(rows: usize, width: usize) -> Self {
         Self { rows, width, data: Lines::zeros(rows * width) }
     }
 
-    /// Columns, padding included.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
     /// Sets the beginning of a row.
-    pub fn set_row(&mut self, row: usize, values: &[f32]) {
+    pub(crate) fn set_row(&mut self, row: usize, values: &[f32]) {
         for (k, part) in values.chunks(PANEL).enumerate() {
             let first = k * PANEL;
             let width = PANEL.min(self.width - first);
@@ -43,7 +35,7 @@ impl Panels {
     }
 
     /// Sets the beginning of a column.
-    pub fn set_column(&mut self, column: usize, values: &[f32]) {
+    pub(crate) fn set_column(&mut self, column: usize, values: &[f32]) {
         let first = column - column % PANEL;
         let width = PANEL.min(self.width - first);
         let entries = self.data[self.rows * first + column - first..].iter_mut().step_by(width);
@@ -60,7 +52,7 @@ impl Panels {
 
 /// What happens to a product before it is stored.
 #[derive(Clone, Copy, Debug)]
-pub enum Finish<'a> {
+pub(crate) enum Finish<'a> {
     /// Nothing.
     Plain,
     /// Negative entries are multiplied by this, which is below 1.
@@ -152,7 +144,7 @@ macro_rules! by_registers {
 /// `C = bias + A B`: the affine map of a layer. `A` is `rows × B's rows` with stride `a_stride`, `C` is `rows × B's
 /// width`; `bias` is as wide or empty for zero.
 #[inline(always)]
-pub fn product<S: Simd>(
+pub(crate) fn product<S: Simd>(
     simd: S,
     a: &[f32],
     a_stride: usize,
@@ -222,7 +214,7 @@ fn product_panel<S: Simd, const R: usize, const V: usize>(op: &mut Product<'_, S
 /// `C += Aᵀ B`: the gradient of a layer's weights. `A` is `rows × columns` with stride `a_stride`, `B` is
 /// `rows × width`, `C` is `columns × width`.
 #[inline(always)]
-pub fn add_transposed_product<S: Simd>(
+pub(crate) fn add_transposed_product<S: Simd>(
     simd: S,
     a: &[f32],
     a_stride: usize,
@@ -305,7 +297,7 @@ fn transposed_tile<S: Simd, const R: usize, const V: usize>(
 
 /// Adds the sum of the rows of `a` (each `sums.len()` wide) to `sums`: the gradient of a layer's biases.
 #[inline(always)]
-pub fn add_row_sums<S: Simd>(simd: S, a: &[f32], sums: &mut [f32]) {
+pub(crate) fn add_row_sums<S: Simd>(simd: S, a: &[f32], sums: &mut [f32]) {
     let width = sums.len();
     for column in (0..width).step_by(S::F32_LANES) {
         let [mut sum] = load::<S, 1>(&sums[column..]);
@@ -342,7 +334,7 @@ mod tests {
             let Self { a, b, bias, finish, c, d, inner } = self;
             product(simd, a, inner, b, bias, finish, c);
             // Aᵀ (rows × inner → inner × width) of the product just made.
-            add_transposed_product(simd, a, inner, inner, c, b.width(), d);
+            add_transposed_product(simd, a, inner, inner, c, b.width, d);
         }
     }
 

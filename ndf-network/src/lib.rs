@@ -5,21 +5,39 @@
 //! so that all activations of a block stay in the first-level cache. [`Mlp`] holds the parameters as anyone
 //! would write them to a file; [`Packed`] holds them as the kernels want them.
 //!
-//! Kernels are generic over [`pulp::Simd`], chosen at run time: AVX-512, AVX2 with FMA, NEON, or plain code.
+//! Kernels are generic over pulp's `Simd`, chosen at run time: AVX-512, AVX2 with FMA, NEON, or plain code. Crates that
+//! fuse them into loops of their own find them in the hidden module `simd`, which promises no stable interface.
+//!
+//! ```
+//! use ndf_network::{Activation, Mlp, MlpShape};
+//! // |x| = max(x, 0) + max(−x, 0): weights and biases of each layer in turn.
+//! let shape = MlpShape { inputs: 1, hidden: vec![2], outputs: 1, activation: Activation::Relu };
+//! let network = Mlp::new(shape, vec![1.0, -1.0, 0.0, 0.0, 1.0, 1.0, 0.0])?;
+//! assert_eq!(network.evaluate(&[-3.0, 0.5]), [3.0, 0.5]);
+//! # Ok::<(), ndf_network::ParameterCount>(())
+//! ```
 
 pub mod activation;
-pub mod backward;
+mod backward;
 pub mod encoding;
-pub mod forward;
-pub mod kernels;
+mod forward;
+mod kernels;
 mod lines;
 mod mlp;
 
 pub use activation::Activation;
-pub use backward::{Gradients, backward, backward_tangent};
-pub use forward::{Activations, Packed, forward, forward_tangent};
-pub use lines::Lines;
-pub use mlp::{Mlp, MlpShape};
+pub use backward::Gradients;
+pub use forward::{Activations, Packed};
+pub use mlp::{Mlp, MlpShape, ParameterCount};
+
+use lines::Lines;
+
+/// What is generic over pulp's `Simd`: for crates that fuse it into loops of their own.
+#[doc(hidden)]
+pub mod simd {
+    pub use crate::backward::{InputGradient, backward, backward_tangent};
+    pub use crate::forward::{forward, forward_tangent};
+}
 
 /// Rows are padded to a multiple of this many floats (one AVX-512 register).
 pub const LANES: usize = 16;

@@ -13,11 +13,11 @@ struct Line([f32; LANES]);
 
 /// Floats from the beginning of a cache line on.
 #[derive(Clone, Debug)]
-pub struct Lines(Vec<Line>);
+pub(crate) struct Lines(Vec<Line>);
 
 impl Lines {
     /// `count` zeros, rounded up to whole lines.
-    pub fn zeros(count: usize) -> Self {
+    pub(crate) fn zeros(count: usize) -> Self {
         Self(vec![Line([0.0; LANES]); count.div_ceil(LANES)])
     }
 }

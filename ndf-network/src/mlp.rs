@@ -35,6 +35,16 @@ impl MlpShape {
     }
 }
 
+/// A network was given another number of parameters than its shape asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{found} parameters, {expected} expected")]
+pub struct ParameterCount {
+    /// How many there are.
+    pub found: usize,
+    /// How many the shape asks for.
+    pub expected: usize,
+}
+
 /// A multilayer perceptron: `h ← f(W h + b)` for every hidden layer, `W h + b` for the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
@@ -44,9 +54,17 @@ pub struct Mlp {
 
 impl Mlp {
     /// A network of these parameters: for every layer the weights, row-major `outputs × inputs`, then the
-    /// biases. `None` if their number does not fit the shape.
-    pub fn new(shape: MlpShape, parameters: Vec<f32>) -> Option<Self> {
-        (parameters.len() == shape.parameter_count()).then_some(Self { shape, parameters })
+    /// biases.
+    ///
+    /// # Errors
+    /// If their number does not fit the shape.
+    pub fn new(shape: MlpShape, parameters: Vec<f32>) -> Result<Self, ParameterCount> {
+        let (found, expected) = (parameters.len(), shape.parameter_count());
+        if found == expected {
+            Ok(Self { shape, parameters })
+        } else {
+            Err(ParameterCount { found, expected })
+        }
     }
 
     /// Kaiming-uniform initialisation for ReLU (He et al. 2015) as PyTorch's `Linear` applies it: weights and

@@ -11,7 +11,7 @@ use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_train::terms::{LossTerm, SampleGradients, Samples};
-use ndf_train::{Hooks, Settings, Trainer, train};
+use ndf_train::{Settings, Trainer, train};
 
 /// (|J u × J v| − 1)².
 struct KeepArea;
@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = Settings { epochs: 400, samples: 2048, ..Settings::default() };
     for weight in [0.0, 100.0] {
         let mut trainer = Trainer::new(&surface, &base, &settings)?.with_term(weight, Arc::new(KeepArea));
-        let (fit, _) = train(&mut trainer, &mut Hooks { progress: &NoProgress, log: None })?;
+        let (fit, _) = train(&mut trainer, None, &NoProgress)?;
         let keep_area = trainer.term_means()[1].1;
         eprintln!(
             "weight {weight}: distance {:.1e}, mean (area − 1)² {keep_area:.1e}",

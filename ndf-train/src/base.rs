@@ -25,7 +25,7 @@ pub fn stored_base(
     base: &ManifoldMesh,
     settings: &Settings,
 ) -> Result<StoredBase, TrainError> {
-    settings.check()?;
+    settings.validate()?;
     let distance = settings.precision.map_or(0.0, |_| distance(surface, base, settings.seed));
     Ok(StoredBase::new(base, settings.precision, distance))
 }

@@ -1,7 +1,7 @@
 //! The cycle loss ‖g_φ(g_θ(x)) − x‖² of a block of samples, for every form of the reverse map g_φ.
 
-use ndf_network::backward::InputGradient;
-use ndf_network::{Activations, BLOCK, Gradients, Packed, backward, encoding, forward};
+use ndf_network::simd::{InputGradient, backward, forward};
+use ndf_network::{Activations, BLOCK, Gradients, Packed, encoding};
 use pulp::Simd;
 
 use crate::batch::Sample;

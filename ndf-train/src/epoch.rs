@@ -36,7 +36,7 @@ impl Epoch<'_> {
         }
         let half = chunks.len() / 2;
         let (left, right) = chunks.split_at_mut(half);
-        let floats = (faces(first + half) - faces(first)) as usize * 3 * self.model.encoding.dimension;
+        let floats = (faces(first + half) - faces(first)) as usize * 3 * self.model.encoding.dimension();
         let (left_corners, right_corners) = corner_gradients.split_at_mut(floats);
         rayon::join(|| self.run(first, left, left_corners), || self.run(first + half, right, right_corners));
     }

@@ -1,19 +1,21 @@
 //! What can go wrong in training.
 
-use ndf_model::field::FieldError;
+use ndf_model::NetworkError;
+
+use crate::settings::SettingsError;
 
 /// Why training did not end well.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
     /// The settings do not make sense.
-    #[error("{0}")]
-    Settings(&'static str),
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// The base mesh has no area.
     #[error("the base mesh has no area")]
     NoArea,
     /// The base mesh does not make a field.
     #[error(transparent)]
-    Field(#[from] FieldError),
+    Field(#[from] NetworkError),
     /// A loss became NaN, infinite or absurd.
     #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
     Diverged {

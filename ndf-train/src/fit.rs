@@ -5,6 +5,7 @@ use ndf_core::projected;
 use ndf_core::{Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_model::{DisplacementField, Similarity};
+use serde::Serialize;
 
 use crate::error::TrainError;
 use crate::settings::Settings;
@@ -24,7 +25,8 @@ const BATCHES_KEPT: usize = 10;
 const MOST_RETREATS: usize = 8;
 
 /// What came out, measured on fresh samples with true projections.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FitReport {
     /// Epochs made.
     pub epochs: usize,
@@ -74,13 +76,8 @@ pub struct LogRecord<'a> {
     pub seconds_projecting: f64,
 }
 
-/// Who watches a training run.
-pub struct Hooks<'a> {
-    /// Progress and cancellation. A cancelled run ends at the end of its batch.
-    pub progress: &'a dyn Progress,
-    /// Called at the end of every batch. Costs a tenth of an epoch.
-    pub log: Option<&'a mut dyn FnMut(&LogRecord<'_>)>,
-}
+/// Called at the end of every batch. Costs a tenth of an epoch.
+pub type Log<'a> = &'a mut dyn FnMut(&LogRecord<'_>);
 
 /// Learns the displacement field of `base` (in the surface's coordinates) that covers `surface`.
 ///
@@ -93,17 +90,22 @@ pub fn fit(
     progress: &dyn Progress,
 ) -> Result<Fit, TrainError> {
     let mut trainer = Trainer::new(surface, base, settings)?;
-    train(&mut trainer, &mut Hooks { progress, log: None }).map(|(fit, _)| fit)
+    train(&mut trainer, None, progress).map(|(fit, _)| fit)
 }
 
-/// Takes a trainer to its last epoch, its time limit or its cancellation. The checkpoint is of the end; training
+/// Takes a trainer to its last epoch, its time limit or its cancellation, which is heeded at the end of a batch: a cancelled
+/// run ends with what it has learned. The checkpoint is of the end; training
 /// resumed from it goes on exactly as if it had not been interrupted.
 ///
 /// Where a loss is not finite or absurd, training goes back to a state ten batches earlier with half the rate.
 ///
 /// # Errors
 /// If training diverges again and again, or the surface is out of reach.
-pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, Checkpoint), TrainError> {
+pub fn train(
+    trainer: &mut Trainer<'_>,
+    mut log: Option<Log<'_>>,
+    progress: &dyn Progress,
+) -> Result<(Fit, Checkpoint), TrainError> {
     let mut last = None;
     let mut kept = [trainer.state.clone(), trainer.state.clone()];
     let mut batches = 0;
@@ -111,8 +113,8 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
     let mut interrupted = false;
     while trainer.epoch() < trainer.epochs() {
         if trainer.at_batch_start() {
-            report(trainer, last, hooks.progress);
-            if let (Some(log), Some(losses)) = (&mut hooks.log, last) {
+            report(trainer, last, progress);
+            if let (Some(log), Some(losses)) = (&mut log, last) {
                 log(&LogRecord {
                     losses,
                     terms: trainer.term_means(),
@@ -122,7 +124,7 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
                 });
             }
             let out_of_time = trainer.settings.time_limit.is_some_and(|t| trainer.elapsed() >= t);
-            if out_of_time || hooks.progress.cancelled() {
+            if out_of_time || progress.cancelled() {
                 interrupted = true;
                 break;
             }
@@ -146,7 +148,7 @@ pub fn train(trainer: &mut Trainer<'_>, hooks: &mut Hooks<'_>) -> Result<(Fit, C
             Err(error) => return Err(error),
         }
     }
-    hooks.progress.report("training", 1.0);
+    progress.report("training", 1.0);
     let field = trainer.stored_field()?;
     let checkpoint = trainer.checkpoint()?;
     let measured = measure(trainer, &field);

@@ -17,6 +17,7 @@ mod gradient_tests;
 mod objective;
 mod optimiser;
 mod origin;
+mod provenance;
 mod rounding;
 pub mod scalars;
 mod settings;
@@ -27,7 +28,8 @@ mod trainer;
 
 pub use base::stored_base;
 pub use error::TrainError;
-pub use fit::{Fit, FitReport, Hooks, LogRecord, fit, train};
-pub use settings::{ReverseMap, Schedule, Settings};
+pub use fit::{Fit, FitReport, Log, LogRecord, fit, train};
+pub use provenance::provenance;
+pub use settings::{ReverseMap, Schedule, Settings, SettingsError};
 pub use state::{Checkpoint, CheckpointError};
 pub use trainer::{EpochLosses, Trainer};

@@ -86,18 +86,19 @@ mod tests {
     use ndf_mesh::ManifoldMesh;
     use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::shapes;
-    use ndf_model::FieldShape;
+    use ndf_model::{FieldShape, NetworkShape};
 
     /// A smooth map that slides points along the sphere by up to a third of an edge.
     #[test]
     fn inverse_is_nearer_than_the_closest_point() {
         let base = ManifoldMesh::try_from(shapes::icosphere(3)).unwrap();
-        let shape = FieldShape { features: 3, hidden: vec![8], ..FieldShape::default() };
+        let shape =
+            FieldShape::from(NetworkShape { features: 3, hidden: vec![8], ..NetworkShape::default() });
         let field = DisplacementField::untrained(base, shape.clone(), 1).unwrap();
         // Features are displacements; a pair of ReLUs passes each on.
         let turned = |p: &DVec3| [-0.1 * p.y, 0.1 * p.x, 0.03 * (3.0 * p.x).sin()].map(|x| x as f32);
         let features = field.base().positions().iter().flat_map(turned).collect();
-        let mut parameters = vec![0.0; shape.network().parameter_count()];
+        let mut parameters = vec![0.0; shape.mlp().parameter_count()];
         for k in 0..3 {
             for (unit, sign) in [(2 * k, 1.0), (2 * k + 1, -1.0)] {
                 parameters[unit * 6 + k] = sign;

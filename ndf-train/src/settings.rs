@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use ndf_model::FieldShape;
 use ndf_model::file::Precision;
+use ndf_model::intrinsic_network::ShapeError;
+use ndf_model::{FieldShape, NetworkShape};
 use ndf_network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
-use crate::error::TrainError;
 use crate::rounding;
 
 /// How the learning rate falls from the first epoch to the last.
@@ -23,6 +23,11 @@ impl Schedule {
     /// The same rate throughout.
     pub fn constant(rate: f32) -> Self {
         Self { first: rate, last: rate }
+    }
+
+    /// Whether both rates are usable.
+    pub(crate) fn is_positive(&self) -> bool {
+        is_positive(self.first) && is_positive(self.last)
     }
 
     /// The rate at `fraction` of the training, in `[0, 1]`.
@@ -104,6 +109,7 @@ pub struct Settings {
     /// Seed of everything random.
     pub seed: u64,
     /// Wall time after which training ends at the next epoch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<Duration>,
 }
 
@@ -151,11 +157,6 @@ impl Settings {
         }
     }
 
-    /// Whether they can be used.
-    pub(crate) fn check(&self) -> Result<(), TrainError> {
-        self.defect().map_or(Ok(()), |defect| Err(TrainError::Settings(defect)))
-    }
-
     /// Epochs, of the last ones, in which numbers are rounded.
     pub(crate) fn rounded_epochs(&self) -> usize {
         self.precision.map_or(0, |_| rounding::rounded_epochs(self.epochs, self.rounded_share))
@@ -168,43 +169,85 @@ impl Settings {
             _ if self.lambda_c == 0.0 => return None,
             ReverseMap::Inverse => return None,
             ReverseMap::Plain | ReverseMap::Residual | ReverseMap::ClosestPoint => of_points,
-            ReverseMap::Encoding => self.field.network().inputs + of_points,
+            ReverseMap::Encoding => self.field.mlp().inputs + of_points,
         };
-        Some(MlpShape { inputs, ..self.field.network() })
+        Some(MlpShape { inputs, ..self.field.mlp() })
     }
 
-    /// What is wrong with the settings, if anything.
-    pub(crate) fn defect(&self) -> Option<&'static str> {
-        let positive = |x: f32| x.is_finite() && x > 0.0;
-        let weight = |x: f32| x.is_finite() && x >= 0.0;
-        let reverse = FieldShape { octaves: self.reverse_octaves, ..self.field.clone() };
-        if let Some(defect) = self.field.defect().or(reverse.defect()) {
-            return Some(defect);
-        }
+    /// Whether these settings can be used.
+    ///
+    /// # Errors
+    /// If they cannot.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let is_weight = |x: f32| x.is_finite() && x >= 0.0;
+        self.field.network.validate()?;
+        NetworkShape { octaves: self.reverse_octaves, ..self.field.network.clone() }.validate()?;
         match self {
-            s if s.samples == 0 => Some("there must be at least one sample"),
-            s if s.samples > 1 << 26 => Some("more than 67 million samples do not fit"),
-            s if s.samples.saturating_mul(s.field.features) > 1 << 30 => {
-                Some("a thousand million features of samples do not fit")
+            s if s.samples == 0 => Err(SettingsError::NoSamples),
+            s if s.samples > 1 << 26 => Err(SettingsError::Samples),
+            s if s.samples.saturating_mul(s.field.network.features) > 1 << 30 => Err(SettingsError::Products),
+            s if s.resample_every == 0 || s.project_every == 0 => Err(SettingsError::NoBatch),
+            s if !s.resample_every.is_multiple_of(s.project_every) => Err(SettingsError::Batch),
+            s if !s.rate.is_positive() => Err(SettingsError::Rate),
+            s if !is_positive(s.feature_rate) => Err(SettingsError::FeatureRate),
+            s if ![s.lambda_p, s.lambda_c, s.lambda_d, s.lambda_n, s.lambda_f].into_iter().all(is_weight) => {
+                Err(SettingsError::Weight)
             }
-            s if s.resample_every == 0 || s.project_every == 0 => Some("a batch lasts at least one epoch"),
-            s if !s.resample_every.is_multiple_of(s.project_every) => {
-                Some("a batch must last a multiple of the epochs between projections")
-            }
-            s if !positive(s.rate.first) || !positive(s.rate.last) => {
-                Some("the learning rate must be positive")
-            }
-            s if !positive(s.feature_rate) => Some("the rate of the features must be positive"),
-            s if ![s.lambda_p, s.lambda_c, s.lambda_d, s.lambda_n, s.lambda_f].into_iter().all(weight) => {
-                Some("weights of losses must not be negative")
-            }
-            s if !(0.0..=1.0).contains(&s.rounded_share) => {
-                Some("the share of rounded epochs is between 0 and 1")
-            }
+            s if !(0.0..=1.0).contains(&s.rounded_share) => Err(SettingsError::RoundedShare),
             s if s.precision.is_some_and(|p| !Precision::BITS.contains(&p.features)) => {
-                Some("features have 3 to 14 bits")
+                Err(SettingsError::Bits)
             }
-            _ => None,
+            _ => Ok(()),
         }
     }
+}
+
+/// Settings that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// Sizes of a network.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// A run without epochs, where it needs one.
+    #[error("there must be at least one epoch")]
+    NoEpochs,
+    /// Batches without samples.
+    #[error("there must be at least one sample")]
+    NoSamples,
+    /// Batches that are too large.
+    #[error("more than 67 million samples in a batch are not supported")]
+    Samples,
+    /// Batches that are too large for scalar fields.
+    #[error("more than 16 million samples in a batch are not supported")]
+    ScalarSamples,
+    /// Samples times features.
+    #[error("samples × features must not exceed 2³⁰")]
+    Products,
+    /// Batches or feet that are kept no epoch.
+    #[error("a batch lasts at least one epoch")]
+    NoBatch,
+    /// Batches that end between projections.
+    #[error("a batch must last a multiple of the epochs between projections")]
+    Batch,
+    /// The learning rate.
+    #[error("the learning rate must be positive")]
+    Rate,
+    /// The features' share of it.
+    #[error("the rate of the features must be positive")]
+    FeatureRate,
+    /// The weight of a loss.
+    #[error("weights of losses must not be negative")]
+    Weight,
+    /// The share of the epochs in which numbers are rounded.
+    #[error("the share of rounded epochs is between 0 and 1")]
+    RoundedShare,
+    /// The bits of features.
+    #[error("features have 3 to 14 bits")]
+    Bits,
+}
+
+/// Whether a rate or a factor is finite and above 0.
+pub(crate) fn is_positive(x: f32) -> bool {
+    x.is_finite() && x > 0.0
 }

@@ -160,9 +160,7 @@ impl Checkpoint {
         let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
             .map_err(|e| content(&format!("its header is of another version ({e})")))?;
         let settings = header.settings;
-        if let Some(defect) = settings.defect() {
-            return Err(content(defect));
-        }
+        settings.validate().map_err(|e| content(&e.to_string()))?;
         let model = Model::from_bytes(take(header.model_bytes)?).map_err(|e| content(&e.to_string()))?;
         let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
         let hints = words(take(header.hints.saturating_mul(4))?);
@@ -179,19 +177,19 @@ impl Checkpoint {
         if !rest.is_empty() {
             return Err(content("there is more in it than there should be"));
         }
-        let theta = Mlp::new(settings.field.network(), theta)
-            .ok_or_else(|| content("its network has another shape"))?;
+        let theta =
+            Mlp::new(settings.field.mlp(), theta).map_err(|_| content("its network has another shape"))?;
         let phi = match settings.reverse_network() {
-            Some(shape) => Mlp::new(shape, phi).map(Some),
+            Some(shape) => Mlp::new(shape, phi).ok().map(Some),
             None => phi.is_empty().then_some(None),
         }
         .ok_or_else(|| content("its reverse map has another shape"))?;
         let time = Duration::try_from_secs_f64(header.seconds)
             .map_err(|e| content(&format!("it says that training took {} s ({e})", header.seconds)))?;
-        if features.len() != model.field.features().len() {
+        if features.len() != model.field.network().features().len() {
             return Err(content("its features do not fit its base mesh"));
         }
-        if hints.len() != settings.samples || model.field.shape() != &settings.field {
+        if hints.len() != settings.samples || model.field.shape() != settings.field {
             return Err(content("its parts have different sizes"));
         }
         let state = State {

@@ -4,12 +4,9 @@
 //! accumulate per chunk. Samples come ordered by face, and a face belongs to one chunk: the gradients by the features
 //! are summed per corner of a face here, and per vertex by the optimiser.
 
-use ndf_model::field::SampleEncoding;
-use ndf_model::field::sample_encoding::add_scaled_row;
-use ndf_network::backward::InputGradient;
-use ndf_network::{
-    Activations, BLOCK, Gradients, Packed, backward, backward_tangent, forward, forward_tangent,
-};
+use ndf_model::intrinsic_network::IntrinsicEncoding;
+use ndf_network::simd::{InputGradient, backward, backward_tangent, forward, forward_tangent};
+use ndf_network::{Activations, BLOCK, Gradients, Packed};
 use pulp::{Simd, WithSimd};
 
 use crate::batch::Sample;
@@ -61,7 +58,7 @@ impl Chunk {
 /// The networks as they are in this epoch.
 #[derive(Clone, Copy)]
 pub(crate) struct Model<'a> {
-    pub(crate) encoding: SampleEncoding<'a>,
+    pub(crate) encoding: IntrinsicEncoding<'a>,
     /// Derivatives of the barycentric coordinates of every base face along its orthonormal frame.
     pub(crate) frames: &'a [[[f32; 3]; 2]],
     pub(crate) theta: &'a Packed,
@@ -111,7 +108,7 @@ impl WithSimd for Step<'_> {
         chunk.terms.fill(0.0);
         chunk.cycle = 0.0;
         let mut corners =
-            CornerGradients { first_face, by_corner: corner_gradients, dimension: model.encoding.dimension };
+            CornerGradients { first_face, by_corner: corner_gradients, encoding: model.encoding };
         for (b, (samples, targets)) in samples.chunks(BLOCK).zip(targets.chunks(BLOCK)).enumerate() {
             let origins = origins.get(b * BLOCK..).unwrap_or_default();
             let mut block = Block::new(samples, targets, origins);
@@ -168,12 +165,12 @@ impl<'a> Block<'a> {
             }
         }
         let Some(tangents) = &mut chunk.theta_tangents else { return };
-        let d = model.encoding.dimension;
+        let d = model.encoding.dimension();
         for (k, activations) in tangents.iter_mut().enumerate() {
             let mut last_face = None;
             for (s, sample) in self.samples.iter().enumerate() {
                 let (before, tangent) = activations.input_mut().split_at_mut(s * stride);
-                if model.encoding.octaves == 0 && last_face == Some(sample.face) {
+                if model.encoding.is_linear() && last_face == Some(sample.face) {
                     // The derivative of linear functions: the same all over the face.
                     tangent[..stride].copy_from_slice(&before[before.len() - stride..]);
                     continue;
@@ -266,10 +263,9 @@ impl<'a> Block<'a> {
 pub(crate) struct CornerGradients<'a> {
     /// The face whose corners come first in `by_corner`.
     pub(crate) first_face: u32,
-    /// `dimension` floats a corner.
+    /// d floats a corner.
     pub(crate) by_corner: &'a mut [f32],
-    /// Features a vertex.
-    pub(crate) dimension: usize,
+    pub(crate) encoding: IntrinsicEncoding<'a>,
 }
 
 impl CornerGradients<'_> {
@@ -282,17 +278,13 @@ impl CornerGradients<'_> {
         stride: usize,
         weights: impl Fn(&Sample) -> [f32; 3],
     ) {
-        let d = self.dimension;
+        let d = self.encoding.dimension();
         if d == 0 {
             return;
         }
         for (sample, row) in samples.iter().zip(rows.chunks_exact(stride)) {
             let face = (sample.face - self.first_face) as usize;
-            let (a, others) = self.by_corner[3 * face * d..][..3 * d].split_at_mut(d);
-            let (b, c) = others.split_at_mut(d);
-            for (corner, weight) in [a, b, c].into_iter().zip(weights(sample)) {
-                add_scaled_row(corner, weight, &row[..d]);
-            }
+            self.encoding.add_to_corners(weights(sample), row, &mut self.by_corner[3 * face * d..]);
         }
     }
 }

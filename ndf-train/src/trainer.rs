@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use ndf_core::{DVec3, Surface};
 use ndf_mesh::sampling::{AreaSampler, FaceSample};
 use ndf_mesh::{ManifoldMesh, TriangleTree};
-use ndf_model::field::{FieldError, SampleEncoding, sample_encoding};
 use ndf_model::file::{Grids, Precision, StoredBase};
+use ndf_model::intrinsic_network::{IntrinsicEncoding, NetworkError, single};
 use ndf_model::{DisplacementField, Model as ModelFile, Similarity};
 use ndf_network::{Mlp, Packed};
 use rand_chacha::ChaCha8Rng;
@@ -101,7 +101,7 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If the settings or the base mesh are not usable.
     pub fn on(surface: &'a dyn Surface, base: StoredBase, settings: &Settings) -> Result<Self, TrainError> {
-        settings.check()?;
+        settings.validate()?;
         let StoredBase { mesh: base, similarity } = base;
         let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
@@ -109,7 +109,7 @@ impl<'a> Trainer<'a> {
             ReverseMap::Plain => Mlp::kaiming(shape, &mut rng),
             _ => Mlp::zero_at_birth(shape, &mut rng),
         });
-        let (features, theta) = (start.features().to_vec(), start.network().clone());
+        let (features, theta) = (start.network().features().to_vec(), start.network().mlp().clone());
         let groups = [features.len(), theta.parameters().len(), parameters(&phi).len()];
         let moments = groups.map(Moments::new);
         let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0, grids: None };
@@ -148,7 +148,7 @@ impl<'a> Trainer<'a> {
             surface,
             finish: None,
             similarity,
-            positions: sample_encoding::single(base.positions()),
+            positions: single(base.positions()),
             frames: (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect(),
             incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
             sampler,
@@ -159,7 +159,7 @@ impl<'a> Trainer<'a> {
             packed,
             gradients,
             batch: Batch::new(settings.samples, base.face_count()),
-            corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.features],
+            corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.network.features],
             chunks: Vec::new(),
             base_tree: (settings.lambda_c > 0.0 && settings.reverse_map.needs_origins())
                 .then(|| TriangleTree::new(base.as_triangle_mesh())),
@@ -337,13 +337,12 @@ impl<'a> Trainer<'a> {
         }
         let settings = &self.settings;
         let model = Model {
-            encoding: SampleEncoding {
-                faces: self.start.base().faces(),
-                positions: &self.positions,
+            encoding: IntrinsicEncoding::new(
+                self.start.base().faces(),
+                &self.positions,
                 features,
-                dimension: settings.field.features,
-                octaves: settings.field.octaves,
-            },
+                &settings.field.network,
+            ),
             frames: &self.frames,
             theta: &self.packed.0,
             phi: self.packed.1.as_ref(),
@@ -387,7 +386,9 @@ impl<'a> Trainer<'a> {
         if let Some(precision) = settings.precision
             && *epoch + settings.rounded_epochs() >= settings.identity_epochs + settings.epochs
         {
-            grids.get_or_insert_with(|| Grids::new(settings.field.features, features, theta, precision));
+            grids.get_or_insert_with(|| {
+                Grids::new(settings.field.network.features, features, theta, precision)
+            });
         }
         self.rounded.update(grids.as_ref(), features, theta);
     }
@@ -403,7 +404,7 @@ impl<'a> Trainer<'a> {
         if let Some(phi) = &mut self.state.phi {
             of_phi.apply(step, phi.parameters_mut(), &self.gradients.1);
         }
-        let d = settings.field.features;
+        let d = settings.field.network.features;
         if d == 0 {
             return;
         }
@@ -421,7 +422,7 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If a parameter is not finite.
-    pub fn field(&self) -> Result<DisplacementField, FieldError> {
+    pub fn field(&self) -> Result<DisplacementField, NetworkError> {
         let (mut features, mut theta) = (self.state.features.clone(), self.state.theta.clone());
         if let Some(grids) = &self.state.grids {
             grids.round(&mut features, &mut theta);
@@ -434,7 +435,7 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If a parameter is not finite.
-    pub(crate) fn stored_field(&self) -> Result<DisplacementField, FieldError> {
+    pub(crate) fn stored_field(&self) -> Result<DisplacementField, NetworkError> {
         let field = self.field()?;
         let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
         let finer =
@@ -447,7 +448,7 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If a parameter is not finite.
-    pub fn checkpoint(&self) -> Result<Checkpoint, FieldError> {
+    pub fn checkpoint(&self) -> Result<Checkpoint, NetworkError> {
         let model = ModelFile {
             field: self.field()?,
             similarity: self.similarity,
@@ -470,7 +471,7 @@ impl<'a> Trainer<'a> {
     }
 
     /// Share of the batch with a foot whose mapped normal opposes the surface's there.
-    pub(crate) fn flipped_fraction(&self) -> Result<f64, FieldError> {
+    pub(crate) fn flipped_fraction(&self) -> Result<f64, NetworkError> {
         let samples: Vec<FaceSample> = self.batch.samples.iter().map(Sample::on_face).collect();
         let mapped = self.field()?.map_with_tangents(&samples);
         let (mut hits, mut flipped) = (0_usize, 0_usize);

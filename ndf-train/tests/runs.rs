@@ -10,7 +10,7 @@ use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::FieldShape;
-use ndf_train::{Checkpoint, CheckpointError, Fit, Hooks, ReverseMap, Schedule, Settings, Trainer, train};
+use ndf_train::{Checkpoint, CheckpointError, Fit, ReverseMap, Schedule, Settings, Trainer, train};
 
 /// The unit sphere.
 struct Sphere;
@@ -49,11 +49,11 @@ impl Progress for CancelAfter {
 }
 
 fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, Checkpoint) {
-    train(trainer, &mut Hooks { progress, log: None }).expect("the sphere can be learned")
+    train(trainer, None, progress).expect("the sphere can be learned")
 }
 
 fn bits(fit: &Fit) -> Vec<u32> {
-    let all = fit.field.features().iter().chain(fit.field.network().parameters());
+    let all = fit.field.network().features().iter().chain(fit.field.network().mlp().parameters());
     all.map(|x| x.to_bits()).collect()
 }
 
@@ -225,8 +225,7 @@ fn alignment_of_normals_aligns_them_and_logs_tell() {
             lines += 1;
             assert!(record.terms[0].0 == "projection" && record.losses.rate > 0.0);
         };
-        let (fit, _) =
-            train(&mut trainer, &mut Hooks { progress: &NoProgress, log: Some(&mut log) }).unwrap();
+        let (fit, _) = train(&mut trainer, Some(&mut log), &NoProgress).unwrap();
         assert_eq!(lines, 299, "one for every batch but the first");
         let samples =
             ndf_mesh::sampling::AreaSampler::of_manifold(fit.field.base()).unwrap().sample(2000, 5, 0);

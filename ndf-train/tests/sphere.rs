@@ -4,7 +4,7 @@ use ndf_core::progress::{NoProgress, Progress};
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
-use ndf_train::{Hooks, Settings, TrainError, Trainer, fit, train};
+use ndf_train::{Settings, TrainError, Trainer, fit, train};
 
 /// A sphere of radius 2 around (5, 0, 0).
 struct Sphere;
@@ -58,7 +58,7 @@ fn the_number_of_threads_and_the_run_change_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let fit = pool.install(|| fit(&Sphere, &base(), settings, &NoProgress)).unwrap();
         let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        (bits(fit.field.features()), bits(fit.field.network().parameters()))
+        (bits(fit.field.network().features()), bits(fit.field.network().mlp().parameters()))
     };
     let settings = Settings { epochs: 40, ..quick() };
     let one = run(1, &settings);
@@ -69,11 +69,11 @@ fn the_number_of_threads_and_the_run_change_no_bit() {
 
 #[test]
 fn odd_shapes_and_numbers_of_samples_train_too() {
-    use ndf_model::FieldShape;
+    use ndf_model::{FieldShape, NetworkShape};
     for field in [
-        FieldShape { features: 0, octaves: 4, ..FieldShape::default() },
-        FieldShape { features: 5, octaves: 1, hidden: vec![17], ..FieldShape::default() },
-        FieldShape { features: 2, residual: false, ..FieldShape::default() },
+        NetworkShape { features: 0, octaves: 4, ..NetworkShape::default() }.into(),
+        NetworkShape { features: 5, octaves: 1, hidden: vec![17], ..NetworkShape::default() }.into(),
+        FieldShape { network: NetworkShape { features: 2, ..NetworkShape::default() }, residual: false },
     ] {
         let settings = Settings { field, samples: 777, lambda_c: 0.0, ..quick() };
         let report = fit(&Sphere, &base(), &settings, &NoProgress).unwrap().report;
@@ -140,8 +140,7 @@ impl Surface for Rough {
 fn the_last_epochs_and_the_measurement_see_the_truth() {
     let run = |epochs: usize| {
         let mut trainer = Trainer::new(&Rough, &base(), &quick()).unwrap().finished_on(&Sphere, epochs);
-        let mut hooks = Hooks { progress: &NoProgress, log: None };
-        train(&mut trainer, &mut hooks).unwrap().0.report.projection_rms
+        train(&mut trainer, None, &NoProgress).unwrap().0.report.projection_rms
     };
     // In the box of side 3 the radius is about 1.5.
     let (never, last_third) = (run(0), run(500));

@@ -13,7 +13,7 @@ use ndf_meshing::BaseMeshOptions;
 use ndf_model::Model;
 use ndf_model::file::StoredBase;
 use ndf_train::{
-    Checkpoint, CheckpointError, Fit, FitReport, Hooks, LogRecord, Settings, Trainer, stored_base, train,
+    Checkpoint, CheckpointError, Fit, FitReport, LogRecord, Trainer, provenance, stored_base, train,
 };
 use serde_json::{Value, json};
 
@@ -222,12 +222,9 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
             log.write(record);
         }
     };
-    let mut hooks = Hooks { progress: &progress, log: None };
-    if job.log.is_some() {
-        hooks.log = Some(&mut write_line);
-    }
+    let lines = job.log.is_some().then_some(&mut write_line as ndf_train::Log<'_>);
     let (Fit { field, similarity, report }, checkpoint) =
-        train(&mut trainer, &mut hooks).map_err(|e| say(&e))?;
+        train(&mut trainer, lines, &progress).map_err(|e| say(&e))?;
     drop((trainer, progress));
     let band = band.map(|band| band.figures);
     if let Some(log) = log {
@@ -252,7 +249,9 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
         let share = 100.0 * report.missed_fraction;
         context.warn(&format!("{share:.1} % of the learned surface finds no foot on the input"));
     }
-    let provenance = provenance(job.input, settings, &report).to_string();
+    let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
+    let input = job.input.file_name().map(|name| name.to_string_lossy());
+    let provenance = provenance(program, input.as_deref(), settings, &report);
     let model = Model { field, similarity, scalars: Vec::new(), provenance };
     let base = base_in_world(&model);
     let fitted =
@@ -355,38 +354,6 @@ fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
         CheckpointError::Io(e) => Failure::new(format!("cannot read the checkpoint {name}: {e}")),
         CheckpointError::Content(_) => Failure::new(format!("{name} is {e}"))
             .try_instead("a run of `ndf fit` that is interrupted leaves one"),
-    })
-}
-
-fn provenance(input: &Path, settings: &Settings, report: &FitReport) -> Value {
-    json!({
-        "program": concat!("ndf ", env!("CARGO_PKG_VERSION")),
-        "input": input.file_name().map(|name| name.to_string_lossy()),
-        "settings": {
-            "features": settings.field.features,
-            "octaves": settings.field.octaves,
-            "hidden": settings.field.hidden,
-            "epochs": settings.epochs,
-            "samples": settings.samples,
-            "learning_rate": [settings.rate.first, settings.rate.last],
-            "feature_rate": settings.feature_rate,
-            "lambda_p": settings.lambda_p,
-            "lambda_c": settings.lambda_c,
-            "reverse_map": settings.reverse_map,
-            "lambda_d": settings.lambda_d,
-            "lambda_n": settings.lambda_n,
-            "lambda_f": settings.lambda_f,
-            "precision": settings.precision,
-            "identity_epochs": settings.identity_epochs,
-            "seed": settings.seed,
-        },
-        "metrics": {
-            "epochs": report.epochs,
-            "projection_rms": report.projection_rms,
-            "projection_max": report.projection_max,
-            "cycle_loss": report.cycle_loss,
-            "flipped_fraction": report.flipped_fraction,
-        },
     })
 }
 

@@ -139,9 +139,9 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
     let field = &model.field;
     let base = ValidationReport::of(field.base().as_triangle_mesh());
     let sizes = model.section_sizes();
-    let shape = field.shape();
+    let network = field.network();
     let names: Vec<&str> =
-        model.scalars.iter().flat_map(ndf_model::StoredScalars::channels).map(|c| c.name.as_str()).collect();
+        model.scalars.iter().flat_map(ndf_model::SurfaceScalars::channels).map(|c| c.name.as_str()).collect();
     let (center, scale) = (model.similarity.center(), model.similarity.scale());
     let json = json!({
         "kind": "model",
@@ -150,8 +150,8 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
         "components": base.components,
         "euler_characteristic": base.euler_characteristic,
         "boundary_edges": base.boundary_edges,
-        "features": shape.features,
-        "network_parameters": field.network().parameters().len(),
+        "features": network.shape().features,
+        "network_parameters": network.mlp().parameters().len(),
         "scalars": names,
         "center": center.to_array(),
         "scale": scale,
@@ -164,8 +164,8 @@ fn describe_model(name: &str, model: &Model) -> Outcome {
     let mut rows = vec![
         ("base mesh", format!("{} vertices, {} faces", grouped(base.vertices), grouped(base.faces))),
         ("topology", topology(&base)),
-        ("features", format!("{} a vertex", shape.features)),
-        ("network", format!("{} parameters", grouped(field.network().parameters().len()))),
+        ("features", format!("{} a vertex", network.shape().features)),
+        ("network", format!("{} parameters", grouped(network.mlp().parameters().len()))),
         (
             "box",
             format!(

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, Subcommand};
 use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
-use ndf_model::{Model, StoredScalars};
+use ndf_model::{Model, SurfaceScalars};
 use ndf_train::scalars::{ScalarFit, ScalarReport, ScalarSettings, fit};
 use serde_json::{Value, json};
 
@@ -91,7 +91,7 @@ impl FitArguments {
         };
         let mut settings = ScalarSettings { seed, ..preset };
         if let Some(features) = self.features {
-            settings.shape.features = features as usize;
+            settings.shape.network.features = features as usize;
         }
         if let Some(epochs) = self.epochs {
             settings.epochs = epochs as usize;
@@ -158,7 +158,7 @@ fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failu
 }
 
 /// Puts fields into a model, in the place of earlier ones of the same names.
-fn store(model: &mut Model, fields: StoredScalars) -> Result<(), String> {
+fn store(model: &mut Model, fields: SurfaceScalars) -> Result<(), String> {
     let is_new = |name: &str| fields.channels().iter().any(|c| c.name == name);
     for earlier in &model.scalars {
         let names = || earlier.channels().iter().map(|c| c.name.as_str());
@@ -189,7 +189,7 @@ fn add_to_provenance(model: &mut Model, settings: &ScalarSettings, figures: &Val
     model.provenance = provenance.to_string();
 }
 
-fn figures(fields: &StoredScalars, report: &ScalarReport) -> Value {
+fn figures(fields: &SurfaceScalars, report: &ScalarReport) -> Value {
     let overall = report.overall();
     let channels = fields.channels().iter().zip(&report.channels);
     let scalars: Vec<Value> = channels
@@ -207,15 +207,15 @@ fn figures(fields: &StoredScalars, report: &ScalarReport) -> Value {
         "rms_error": overall.rms,
         "max_error": overall.max,
         "scalars": scalars,
-        "features": fields.shape().features,
-        "network_parameters": fields.network().parameters().len(),
+        "features": fields.network().shape().features,
+        "network_parameters": fields.network().mlp().parameters().len(),
         "distance_rms": report.distance_rms,
         "distance_max": report.distance_max,
-        "bytes": fields.to_payload().len(),
+        "bytes": fields.stored_bytes(),
     })
 }
 
-fn summary(fields: &StoredScalars, report: &ScalarReport, model: &Model) -> String {
+fn summary(fields: &SurfaceScalars, report: &ScalarReport, model: &Model) -> String {
     /// Scalars that are listed one by one.
     const LISTED: usize = 20;
     let percent = |share: f64| format!("{:.3} %", 100.0 * share);
@@ -227,9 +227,9 @@ fn summary(fields: &StoredScalars, report: &ScalarReport, model: &Model) -> Stri
             "stored as",
             format!(
                 "{} bytes: {} features a base vertex, {} parameters",
-                grouped(fields.to_payload().len()),
-                fields.shape().features,
-                grouped(fields.network().parameters().len())
+                grouped(fields.stored_bytes()),
+                fields.network().shape().features,
+                grouped(fields.network().mlp().parameters().len())
             ),
         ),
         (

@@ -93,7 +93,7 @@ impl Training {
         };
         let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
         if let Some(features) = chosen.features {
-            settings.field.features = features as usize;
+            settings.field.network.features = features as usize;
         }
         if let Some(epochs) = chosen.epochs {
             settings.epochs = epochs as usize;

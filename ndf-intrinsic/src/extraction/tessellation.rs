@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use ndf_core::DVec3;
 use ndf_mesh::sampling::FaceSample;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
-use ndf_model::field::DisplacementField;
+use ndf_model::DisplacementField;
 
 /// A tessellation, in the normalised box.
 #[derive(Clone, Debug)]
@@ -210,7 +210,7 @@ mod tests {
     use super::*;
     use ndf_mesh::ValidationReport;
     use ndf_mesh::shapes;
-    use ndf_model::field::FieldShape;
+    use ndf_model::FieldShape;
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
@@ -220,7 +220,8 @@ mod tests {
         let field = DisplacementField::untrained(base, FieldShape::default(), 2).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(9);
         let mut random = |n: usize| (0..n).map(|_| rng.random_range(-0.2..0.2)).collect::<Vec<f32>>();
-        let (f, p) = (random(field.features().len()), random(field.network().parameters().len()));
+        let (f, p) =
+            (random(field.network().features().len()), random(field.network().mlp().parameters().len()));
         field.with_parameters(f, p).unwrap()
     }
 

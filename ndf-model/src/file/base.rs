@@ -4,7 +4,7 @@ use ndf_core::glam::{DVec3, Vec3};
 
 use super::bytes::{Reader, Writer};
 use super::connectivity::{self, Order};
-use super::format::ModelError;
+use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};

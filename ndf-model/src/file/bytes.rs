@@ -1,15 +1,15 @@
 //! Little-endian reading that never reads past the end and never trusts a count.
 
-use super::ModelError;
+use super::error::ModelError;
 
 /// The unread rest of a section.
-pub(crate) struct Reader<'a> {
+pub(super) struct Reader<'a> {
     section: &'static str,
     rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    pub(crate) fn new(section: &'static str, bytes: &'a [u8]) -> Self {
+    pub(super) fn new(section: &'static str, bytes: &'a [u8]) -> Self {
         Self { section, rest: bytes }
     }
 
@@ -17,7 +17,7 @@ impl<'a> Reader<'a> {
         ModelError::Section { section: self.section, defect: "it ends too early".to_owned() }
     }
 
-    pub(crate) fn defect(&self, defect: impl Into<String>) -> ModelError {
+    pub(super) fn defect(&self, defect: impl Into<String>) -> ModelError {
         ModelError::Section { section: self.section, defect: defect.into() }
     }
 
@@ -28,25 +28,25 @@ impl<'a> Reader<'a> {
     }
 
     /// The next `length` bytes.
-    pub(crate) fn take(&mut self, length: usize) -> Result<&'a [u8], ModelError> {
+    pub(super) fn take(&mut self, length: usize) -> Result<&'a [u8], ModelError> {
         let (head, rest) = self.rest.split_at_checked(length).ok_or_else(|| self.truncated())?;
         self.rest = rest;
         Ok(head)
     }
 
-    pub(crate) fn u8(&mut self) -> Result<u8, ModelError> {
+    pub(super) fn u8(&mut self) -> Result<u8, ModelError> {
         self.array().map(u8::from_le_bytes)
     }
 
-    pub(crate) fn u32(&mut self) -> Result<u32, ModelError> {
+    pub(super) fn u32(&mut self) -> Result<u32, ModelError> {
         self.array().map(u32::from_le_bytes)
     }
 
-    pub(crate) fn f32(&mut self) -> Result<f32, ModelError> {
+    pub(super) fn f32(&mut self) -> Result<f32, ModelError> {
         self.array().map(f32::from_le_bytes)
     }
 
-    pub(crate) fn f64(&mut self) -> Result<f64, ModelError> {
+    pub(super) fn f64(&mut self) -> Result<f64, ModelError> {
         self.array().map(f64::from_le_bytes)
     }
 
@@ -64,49 +64,49 @@ impl<'a> Reader<'a> {
         Ok(chunks.iter().map(|c| from(*c)).collect())
     }
 
-    pub(crate) fn f32s(&mut self, count: usize) -> Result<Vec<f32>, ModelError> {
+    pub(super) fn f32s(&mut self, count: usize) -> Result<Vec<f32>, ModelError> {
         self.many(count, f32::from_le_bytes)
     }
 
-    pub(crate) fn u8s(&mut self, count: usize) -> Result<Vec<u8>, ModelError> {
+    pub(super) fn u8s(&mut self, count: usize) -> Result<Vec<u8>, ModelError> {
         self.many(count, u8::from_le_bytes)
     }
 
-    pub(crate) fn u16s(&mut self, count: usize) -> Result<Vec<u16>, ModelError> {
+    pub(super) fn u16s(&mut self, count: usize) -> Result<Vec<u16>, ModelError> {
         self.many(count, u16::from_le_bytes)
     }
 
-    pub(crate) fn u32s(&mut self, count: usize) -> Result<Vec<u32>, ModelError> {
+    pub(super) fn u32s(&mut self, count: usize) -> Result<Vec<u32>, ModelError> {
         self.many(count, u32::from_le_bytes)
     }
 
-    pub(crate) fn end(&self) -> Result<(), ModelError> {
+    pub(super) fn end(&self) -> Result<(), ModelError> {
         if self.rest.is_empty() { Ok(()) } else { Err(self.defect("it is longer than it should be")) }
     }
 }
 
 /// Appends little-endian values.
 #[derive(Default)]
-pub(crate) struct Writer(pub(crate) Vec<u8>);
+pub(super) struct Writer(pub(super) Vec<u8>);
 
 impl Writer {
-    pub(crate) fn u8(&mut self, x: u8) {
+    pub(super) fn u8(&mut self, x: u8) {
         self.0.push(x);
     }
 
-    pub(crate) fn u16(&mut self, x: u16) {
+    pub(super) fn u16(&mut self, x: u16) {
         self.0.extend(x.to_le_bytes());
     }
 
-    pub(crate) fn u32(&mut self, x: u32) {
+    pub(super) fn u32(&mut self, x: u32) {
         self.0.extend(x.to_le_bytes());
     }
 
-    pub(crate) fn f64(&mut self, x: f64) {
+    pub(super) fn f64(&mut self, x: f64) {
         self.0.extend(x.to_le_bytes());
     }
 
-    pub(crate) fn f32s(&mut self, values: impl IntoIterator<Item = f32>) {
+    pub(super) fn f32s(&mut self, values: impl IntoIterator<Item = f32>) {
         self.0.extend(values.into_iter().flat_map(f32::to_le_bytes));
     }
 }

@@ -1,12 +1,10 @@
 //! What holds the sections: a header, a table, checksums.
 
 use super::bytes::Writer;
-use super::format::ModelError;
+use super::error::{ModelError, VERSION};
 
 /// Not text, so that a transfer as text is noticed.
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
-/// The version written. All before it are read.
-pub(super) const VERSION: u32 = 2;
 const MOST_SECTIONS: usize = 1024;
 /// Bytes of a section in the table.
 const ENTRY: usize = 16;

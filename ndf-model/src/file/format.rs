@@ -7,43 +7,12 @@ use std::fs;
 use std::path::Path;
 
 use super::bytes::{Reader, Writer};
-use super::numbers::Groups;
-use super::{Model, base, container, network, numbers};
-use crate::field::DisplacementField;
-use crate::{Similarity, StoredScalars, scalars};
+use super::error::ModelError;
+use super::{base, container, network, scalars};
+use crate::displacement_field::{DisplacementField, FieldShape};
+use crate::model::Model;
+use crate::similarity::Similarity;
 use ndf_core::DVec3;
-use ndf_network::encoding::MOST_FEATURES;
-
-/// Why bytes are not a model.
-#[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// The file cannot be read or written.
-    #[error("{0}")]
-    Io(#[from] std::io::Error),
-    /// Not a `.ndf` file.
-    #[error("not an .ndf model: the file does not begin with the magic number")]
-    Magic,
-    /// Made by a later version.
-    #[error("the model has format version {0}; this program reads up to version {newest}", newest = container::VERSION)]
-    Version(u32),
-    /// The header or the section table is damaged.
-    #[error("the model is damaged: {0}")]
-    Header(&'static str),
-    /// The checksum of a section does not match.
-    #[error("the model is damaged: the checksum of section {0} does not match")]
-    Checksum(String),
-    /// A required section is not there.
-    #[error("the model has no section {0}")]
-    Missing(&'static str),
-    /// A section does not make sense.
-    #[error("section {section} of the model: {defect}")]
-    Section {
-        /// Its tag.
-        section: &'static str,
-        /// What is wrong.
-        defect: String,
-    },
-}
 
 /// Bytes of the parts of a model file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,15 +52,23 @@ impl Model {
         };
         let similarity = read_similarity(section("SIML")?)?;
         let base = base::read(section("BASE")?, version)?;
-        let (dimension, features) = read_features(section("FEAT")?, base.vertex_count(), version)?;
-        let (shape, parameters) = network::read(section("NETW")?, dimension, version)?;
+        let vertices = base.vertex_count();
+        let mut r = section("FEAT")?;
+        let dimension = network::read_dimension(&mut r)?;
+        let features = network::read_features(&mut r, dimension, vertices, version)?;
+        r.end()?;
+        let mut r = section("NETW")?;
+        let (network, residual) = network::read_shape(&mut r, dimension)?;
+        let shape = FieldShape { network, residual: residual != 0 };
+        let parameters = network::read_parameters(&mut r, &shape.mlp(), version)?;
+        r.end()?;
         let field = DisplacementField::new(base, shape, features, parameters)
             .map_err(|e| ModelError::Section { section: "NETW", defect: e.to_string() })?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
         let scalars = sections.iter().filter(|(tag, _)| tag == scalars::TAG.as_bytes());
-        let scalars = scalars.map(|(_, p)| StoredScalars::from_payload(p, field.base().vertex_count()));
+        let scalars = scalars.map(|(_, p)| scalars::read(Reader::new(scalars::TAG, p), vertices));
         let scalars = scalars.collect::<Result<_, _>>()?;
         Ok(Self { field, similarity, scalars, provenance })
     }
@@ -121,20 +98,23 @@ impl Model {
     }
 
     pub(super) fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
-        let shape = self.field.shape();
-        let d = shape.features;
         let (base, order) = base::write(self.field.base());
-        let of_vertex = |&v: &u32| &self.field.features()[v as usize * d..][..d];
-        let features: Vec<f32> = order.iter().flat_map(of_vertex).copied().collect();
+        let network = self.field.network().reordered(&order);
+        let mut features = Writer::default();
+        network::write_dimension(&mut features, &network);
+        network::write_features(&mut features, &network);
+        let mut perceptron = Writer::default();
+        network::write_shape(&mut perceptron, &network, u8::from(self.field.shape().residual));
+        network::write_parameters(&mut perceptron, &network);
         let mut sections = vec![
             ("SIML", self.similarity_bytes()),
             ("BASE", base),
-            ("FEAT", feature_bytes(d, &features)),
-            ("NETW", network::write(shape, self.field.network())),
+            ("FEAT", features.0),
+            ("NETW", perceptron.0),
             ("PROV", self.provenance.as_bytes().to_vec()),
         ];
-        sections
-            .extend(self.scalars.iter().map(|fields| (scalars::TAG, fields.reordered(&order).to_payload())));
+        let scalars = self.scalars.iter().map(|fields| scalars::write(&fields.reordered(&order)));
+        sections.extend(scalars.map(|payload| (scalars::TAG, payload)));
         sections
     }
 
@@ -146,29 +126,9 @@ impl Model {
     }
 }
 
-fn feature_bytes(dimension: usize, features: &[f32]) -> Vec<u8> {
-    let mut w = Writer::default();
-    w.u32(dimension as u32);
-    numbers::write(&mut w, Groups::Interleaved(dimension), features);
-    w.0
-}
-
-fn read_features(mut r: Reader<'_>, vertices: usize, version: u32) -> Result<(usize, Vec<f32>), ModelError> {
-    let dimension = r.u32()? as usize;
-    if dimension > MOST_FEATURES {
-        return Err(r.defect(format!("{dimension} features a vertex are more than {MOST_FEATURES}")));
-    }
-    let features = match version {
-        1 => r.f32s(vertices * dimension)?,
-        _ => numbers::read(&mut r, Groups::Interleaved(dimension), vertices * dimension)?,
-    };
-    r.end()?;
-    Ok((dimension, features))
-}
-
 fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
     let scale = r.f64()?;
     let center = DVec3::new(r.f64()?, r.f64()?, r.f64()?);
     r.end()?;
-    Similarity::new(scale, center).ok_or_else(|| r.defect("the scale or the centre is not usable"))
+    Similarity::new(scale, center).map_err(|e| r.defect(e.to_string()))
 }

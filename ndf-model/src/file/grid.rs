@@ -5,18 +5,18 @@ const MOST_BITS: u32 = 24;
 
 /// The numbers q · 2ᵉ for integers q.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Grid {
+pub(super) struct Grid {
     exponent: i8,
 }
 
 impl Grid {
     /// The grid of spacing 2ᵉ.
-    pub(crate) fn new(exponent: i8) -> Self {
+    pub(super) fn new(exponent: i8) -> Self {
         Self { exponent }
     }
 
     /// The finest grid on which integers of `bits` bits and a sign reach as far as `largest`.
-    pub(crate) fn reaching(largest: f32, bits: u32) -> Self {
+    pub(super) fn reaching(largest: f32, bits: u32) -> Self {
         let most = ((1_u64 << bits) - 1) as f64;
         let exponent = (f64::from(largest) / most).log2().ceil();
         Self::new(if largest > 0.0 { exponent.clamp(-100.0, 100.0) as i8 } else { 0 })
@@ -24,7 +24,7 @@ impl Grid {
 
     /// The coarsest grid on which all the values lie, if there is one on which they are integers of moderate size. A
     /// negative zero lies on none.
-    pub(crate) fn of(values: impl IntoIterator<Item = f32> + Clone) -> Option<Self> {
+    pub(super) fn of(values: impl IntoIterator<Item = f32> + Clone) -> Option<Self> {
         let mut exponent = i32::MAX;
         for x in values.clone() {
             if !x.is_finite() || (x == 0.0 && x.is_sign_negative()) {
@@ -37,7 +37,7 @@ impl Grid {
         values.into_iter().all(|x| (f64::from(x) / grid.spacing()).abs() < most).then_some(grid)
     }
 
-    pub(crate) fn exponent(self) -> i8 {
+    pub(super) fn exponent(self) -> i8 {
         self.exponent
     }
 
@@ -46,17 +46,17 @@ impl Grid {
     }
 
     /// The integer of a number on the grid; of another, the nearest.
-    pub(crate) fn integer(self, x: f32) -> i32 {
+    pub(super) fn integer(self, x: f32) -> i32 {
         (f64::from(x) / self.spacing()).round_ties_even() as i32
     }
 
     /// The number of an integer.
-    pub(crate) fn number(self, q: i32) -> f32 {
+    pub(super) fn number(self, q: i32) -> f32 {
         (f64::from(q) * self.spacing()) as f32
     }
 
     /// Takes every number to the nearest on the grid, halves to even ones. Exact for numbers of less than 2²² spacings.
-    pub(crate) fn round(self, numbers: &mut [f32], first: usize, stride: usize) {
+    pub(super) fn round(self, numbers: &mut [f32], first: usize, stride: usize) {
         // The sum has no bits for fractions: scaling by powers of two loses nothing, and the addition rounds.
         const SHIFT: f32 = 1.5 * (1 << 23) as f32;
         let (to, from) = (self.number(1).recip(), self.number(1));

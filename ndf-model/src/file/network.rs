@@ -1,47 +1,81 @@
-//! The `NETW` section: the shape of the field's network and its parameters.
+//! The parts of an [`IntrinsicNetwork`] in a section: those of the field are in `FEAT` and `NETW`, those of scalar fields in
+//! their `SCAL`.
 
 use super::bytes::{Reader, Writer};
-use super::format::ModelError;
+use super::error::ModelError;
 use super::numbers::{self, Groups};
-use crate::field::FieldShape;
-use ndf_network::{Activation, Mlp};
+use crate::intrinsic_network::{IntrinsicNetwork, MOST_FEATURES, NetworkShape};
+use ndf_network::{Activation, MlpShape};
 
-/// The section.
-pub(super) fn write(shape: &FieldShape, network: &Mlp) -> Vec<u8> {
-    let mut w = Writer::default();
+/// Writes the number of features a vertex.
+pub(super) fn write_dimension(w: &mut Writer, network: &IntrinsicNetwork) {
+    w.u32(network.shape().features as u32);
+}
+
+/// Writes the features.
+pub(super) fn write_features(w: &mut Writer, network: &IntrinsicNetwork) {
+    numbers::write(w, Groups::Interleaved(network.shape().features), network.features());
+}
+
+/// Writes the shape but for the number of features, with a byte that says what the network is for.
+pub(super) fn write_shape(w: &mut Writer, network: &IntrinsicNetwork, purpose: u8) {
+    let shape = network.shape();
     w.u8(shape.activation.code());
-    w.u8(u8::from(shape.residual));
+    w.u8(purpose);
     w.u8(shape.octaves as u8);
     w.u8(shape.hidden.len() as u8);
     shape.hidden.iter().for_each(|&width| w.u32(width as u32));
-    numbers::write(&mut w, Groups::Layers(network.shape()), network.parameters());
-    w.0
 }
 
-/// Reads the section: the shape, where vertices have so many features, and the parameters.
-pub(super) fn read(
-    mut r: Reader<'_>,
-    features: usize,
+/// Writes the parameters of the perceptron.
+pub(super) fn write_parameters(w: &mut Writer, network: &IntrinsicNetwork) {
+    numbers::write(w, Groups::Layers(network.mlp().shape()), network.mlp().parameters());
+}
+
+/// Reads the number of features a vertex. Sizes that are absurd must not get as far as being multiplied.
+pub(super) fn read_dimension(r: &mut Reader<'_>) -> Result<usize, ModelError> {
+    let dimension = r.u32()? as usize;
+    if dimension > MOST_FEATURES {
+        return Err(r.defect(format!("{dimension} features a vertex are more than {MOST_FEATURES}")));
+    }
+    Ok(dimension)
+}
+
+/// Reads the features of so many vertices.
+pub(super) fn read_features(
+    r: &mut Reader<'_>,
+    dimension: usize,
+    vertices: usize,
     version: u32,
-) -> Result<(FieldShape, Vec<f32>), ModelError> {
-    let activation = r.u8()?;
-    let Some(activation) = Activation::from_code(activation) else {
-        return Err(r.defect(format!("activation {activation} is not known")));
+) -> Result<Vec<f32>, ModelError> {
+    array(r, Groups::Interleaved(dimension), vertices.saturating_mul(dimension), version)
+}
+
+/// Reads the shape, where vertices have so many features, and the byte that says what the network is for.
+pub(super) fn read_shape(r: &mut Reader<'_>, features: usize) -> Result<(NetworkShape, u8), ModelError> {
+    let code = r.u8()?;
+    let Some(activation) = Activation::from_code(code) else {
+        return Err(r.defect(format!("activation {code} is not known")));
     };
-    let residual = r.u8()? != 0;
+    let purpose = r.u8()?;
     let octaves = r.u8()? as usize;
     let depth = r.u8()? as usize;
-    let hidden: Vec<usize> = r.u32s(depth)?.into_iter().map(|w| w as usize).collect();
-    let shape = FieldShape { features, octaves, hidden, activation, residual };
-    if let Some(defect) = shape.defect() {
-        return Err(r.defect(defect));
-    }
-    let network = shape.network();
-    let count = network.parameter_count();
-    let parameters = match version {
-        1 => r.f32s(count)?,
-        _ => numbers::read(&mut r, Groups::Layers(&network), count)?,
-    };
-    r.end()?;
-    Ok((shape, parameters))
+    let hidden = r.u32s(depth)?.into_iter().map(|w| w as usize).collect();
+    let shape = NetworkShape { features, octaves, hidden, activation };
+    shape.validate().map_err(|e| r.defect(e.to_string()))?;
+    Ok((shape, purpose))
+}
+
+/// Reads the parameters of a perceptron.
+pub(super) fn read_parameters(
+    r: &mut Reader<'_>,
+    mlp: &MlpShape,
+    version: u32,
+) -> Result<Vec<f32>, ModelError> {
+    array(r, Groups::Layers(mlp), mlp.parameter_count(), version)
+}
+
+/// Reads an array of numbers. In version 1 it is always plain, without saying so.
+fn array(r: &mut Reader<'_>, groups: Groups<'_>, count: usize, version: u32) -> Result<Vec<f32>, ModelError> {
+    if version == 1 { r.f32s(count) } else { numbers::read(r, groups, count) }
 }

@@ -5,7 +5,7 @@
 //! mean as from zero.
 
 use super::bytes::{Reader, Writer};
-use super::format::ModelError;
+use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
 use ndf_network::MlpShape;
@@ -23,7 +23,7 @@ fn is_plausible(count: usize, bytes: usize) -> bool {
 
 /// How an array is parted.
 #[derive(Clone, Copy)]
-pub(crate) enum Groups<'a> {
+pub(super) enum Groups<'a> {
     /// So many, the numbers of which take turns.
     Interleaved(usize),
     /// The weights of every layer of a network, then its biases.
@@ -58,7 +58,7 @@ impl Groups<'_> {
 }
 
 /// Appends an array.
-pub(crate) fn write(w: &mut Writer, groups: Groups<'_>, numbers: &[f32]) {
+pub(super) fn write(w: &mut Writer, groups: Groups<'_>, numbers: &[f32]) {
     match coded(groups, numbers) {
         Some((grids, stream)) => {
             w.u8(CODED);
@@ -90,7 +90,7 @@ fn coded(groups: Groups<'_>, numbers: &[f32]) -> Option<(Vec<Grid>, Vec<u8>)> {
 ///
 /// # Errors
 /// If they are not all there. Allocates no more than a small multiple of what is there.
-pub(crate) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Result<Vec<f32>, ModelError> {
+pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Result<Vec<f32>, ModelError> {
     match r.u8()? {
         PLAIN => r.f32s(count),
         CODED => {

@@ -4,11 +4,14 @@
 use ndf_core::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::Model;
 use super::base::in_file_order;
 use super::grid::Grid;
 use super::numbers::Groups;
-use crate::{DisplacementField, Similarity, StoredScalars};
+use crate::displacement_field::DisplacementField;
+use crate::intrinsic_network::IntrinsicNetwork;
+use crate::model::Model;
+use crate::scalars::SurfaceScalars;
+use crate::similarity::Similarity;
 use ndf_mesh::ManifoldMesh;
 use ndf_network::Mlp;
 
@@ -77,13 +80,6 @@ impl Grids {
             rest = behind;
         }
     }
-}
-
-/// Features and parameters of a network in this precision: finite where they were.
-fn rounded(dimension: usize, features: &[f32], network: &Mlp, precision: Precision) -> (Vec<f32>, Vec<f32>) {
-    let (mut features, mut network) = (features.to_vec(), network.clone());
-    Grids::new(dimension, &features, &network, precision).round(&mut features, &mut network);
-    (features, network.parameters().to_vec())
 }
 
 /// The base mesh of a model, as it is stored.
@@ -156,23 +152,30 @@ fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<M
         })
 }
 
+impl IntrinsicNetwork {
+    /// The network with its numbers in this precision.
+    #[must_use]
+    pub fn rounded(&self, precision: Precision) -> Self {
+        let (mut features, mut mlp) = (self.features().to_vec(), self.mlp().clone());
+        Grids::new(self.shape().features, &features, &mlp, precision).round(&mut features, &mut mlp);
+        let rounded = self.with_parameters(features, mlp.parameters().to_vec());
+        rounded.expect("as many numbers as before, and finite where they were")
+    }
+}
+
 impl DisplacementField {
     /// The field with features and network of this precision; the base mesh, on which they live, stays.
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        let (features, parameters) =
-            rounded(self.shape().features, self.features(), self.network(), precision);
-        self.with_parameters(features, parameters).expect("as many numbers as before, and finite")
+        self.with_network(self.network().rounded(precision))
     }
 }
 
-impl StoredScalars {
+impl SurfaceScalars {
     /// The fields with features and network of this precision; ranges and names stay.
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        let (features, parameters) =
-            rounded(self.shape().features, self.features(), self.network(), precision);
-        self.with_parameters(features, parameters)
+        self.with_network(self.network().rounded(precision))
     }
 }
 

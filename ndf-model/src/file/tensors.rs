@@ -15,42 +15,20 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, View};
+use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
 
-use super::Model;
-use crate::scalars::{Channel, ScalarShape};
-use crate::{DisplacementField, FieldShape, Similarity, StoredScalars};
+use super::error::TensorsError;
+use crate::displacement_field::{DisplacementField, FieldShape};
+use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
+use crate::model::Model;
+use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
+use crate::similarity::Similarity;
 use ndf_core::DVec3;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
-use ndf_network::Mlp;
+use ndf_network::MlpShape;
 
 const KEY: &str = "ndf";
-
-/// Why tensors are not a model.
-#[derive(Debug, thiserror::Error)]
-pub enum TensorsError {
-    /// The file is no `.safetensors`, or a damaged one.
-    #[error("not a usable .safetensors file: {0}")]
-    File(#[from] SafeTensorError),
-    /// The file holds something else.
-    #[error("the file has no metadata of a model: it was not exported from one")]
-    NotAModel,
-    /// The metadata cannot be read.
-    #[error("the metadata of the model: {0}")]
-    Metadata(#[from] serde_json::Error),
-    /// A tensor has another type or shape.
-    #[error("tensor {name}: {defect}")]
-    Tensor {
-        /// Its name.
-        name: String,
-        /// What is wrong with it.
-        defect: String,
-    },
-    /// The parts do not fit together.
-    #[error("the parts do not make a model: {0}")]
-    Parts(String),
-}
 
 #[derive(Serialize, Deserialize)]
 struct Metadata {
@@ -99,7 +77,7 @@ impl Model {
     /// If the library refuses them.
     pub fn to_safetensors(&self) -> Result<Vec<u8>, TensorsError> {
         let base = self.field.base();
-        let (vertices, d) = (base.vertex_count(), self.field.shape().features);
+        let vertices = base.vertex_count();
         let positions: Vec<f32> = base.positions().iter().flat_map(|p| p.as_vec3().to_array()).collect();
         let faces = Array {
             dtype: Dtype::U32,
@@ -116,20 +94,17 @@ impl Model {
             ("similarity".to_owned(), similarity),
             ("base.positions".to_owned(), floats(vec![vertices, 3], &positions)),
             ("base.faces".to_owned(), faces),
-            ("features".to_owned(), floats(vec![vertices, d], self.field.features())),
         ];
-        push_network(&mut arrays, "", self.field.network());
+        push_network(&mut arrays, "", vertices, self.field.network());
         for (s, fields) in self.scalars.iter().enumerate() {
-            let shape = vec![vertices, fields.shape().features];
-            arrays.push((format!("scalars.{s}.features"), floats(shape, fields.features())));
-            push_network(&mut arrays, &format!("scalars.{s}."), fields.network());
+            push_network(&mut arrays, &format!("scalars.{s}."), vertices, fields.network());
         }
         let metadata = Metadata {
-            shape: self.field.shape().clone(),
+            shape: self.field.shape(),
             scalars: self
                 .scalars
                 .iter()
-                .map(|fields| Fields { shape: fields.shape().clone(), channels: fields.channels().to_vec() })
+                .map(|fields| Fields { shape: fields.shape(), channels: fields.channels().to_vec() })
                 .collect(),
             provenance: self.provenance.clone(),
         };
@@ -161,27 +136,17 @@ impl Model {
         let mesh = TriangleMesh::new(positions, faces.as_chunks().0.to_vec()).map_err(|e| parts(&e))?;
         let base = ManifoldMesh::try_from(mesh).map_err(|e| parts(&e))?;
         let shape = metadata.shape;
-        if let Some(defect) = shape.defect() {
-            return Err(parts(&defect));
-        }
-        let features = read_floats(&tensors, "features", &[Some(vertices), Some(shape.features)])?;
-        let parameters = read_network(&tensors, "", &shape.network().layers())?;
+        let [features, parameters] = read_network(&tensors, "", vertices, &shape.network, || shape.mlp())?;
         let field = DisplacementField::new(base, shape, features, parameters).map_err(|e| parts(&e))?;
         let similarity = read(&tensors, "similarity", Dtype::F64, &[Some(4)])?;
         let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-        let similarity = Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..]))
-            .ok_or_else(|| parts(&"the scale or the centre is not usable"))?;
+        let similarity =
+            Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..])).map_err(|e| parts(&e))?;
         let mut scalars = Vec::new();
         for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {
-            if let Some(defect) = shape.defect() {
-                return Err(parts(&defect));
-            }
-            let name = format!("scalars.{s}.");
-            let dimensions = [Some(vertices), Some(shape.features)];
-            let features = read_floats(&tensors, &format!("{name}features"), &dimensions)?;
-            let layers = shape.network(channels.len()).layers();
-            let parameters = read_network(&tensors, &name, &layers)?;
-            let fields = StoredScalars::new(channels, shape, vertices, features, parameters);
+            let (name, mlp) = (format!("scalars.{s}."), || shape.mlp(channels.len()));
+            let [features, parameters] = read_network(&tensors, &name, vertices, &shape.network, mlp)?;
+            let fields = SurfaceScalars::new(channels, shape, vertices, features, parameters);
             scalars.push(fields.map_err(|e| parts(&e))?);
         }
         Ok(Self { field, similarity, scalars, provenance: metadata.provenance })
@@ -192,9 +157,16 @@ fn floats(shape: Vec<usize>, values: &[f32]) -> Array {
     Array { dtype: Dtype::F32, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
 }
 
-fn push_network(arrays: &mut Vec<(String, Array)>, prefix: &str, network: &Mlp) {
-    let mut rest = network.parameters();
-    for (l, (inputs, outputs)) in network.shape().layers().into_iter().enumerate() {
+fn push_network(
+    arrays: &mut Vec<(String, Array)>,
+    prefix: &str,
+    vertices: usize,
+    network: &IntrinsicNetwork,
+) {
+    let shape = vec![vertices, network.shape().features];
+    arrays.push((format!("{prefix}features"), floats(shape, network.features())));
+    let mut rest = network.mlp().parameters();
+    for (l, (inputs, outputs)) in network.mlp().shape().layers().into_iter().enumerate() {
         let (weights, after) = rest.split_at(inputs * outputs);
         let (biases, after) = after.split_at(outputs);
         rest = after;
@@ -203,18 +175,25 @@ fn push_network(arrays: &mut Vec<(String, Array)>, prefix: &str, network: &Mlp) 
     }
 }
 
+/// Features and parameters.
 fn read_network(
     tensors: &SafeTensors<'_>,
     prefix: &str,
-    layers: &[(usize, usize)],
-) -> Result<Vec<f32>, TensorsError> {
+    vertices: usize,
+    shape: &NetworkShape,
+    mlp: impl Fn() -> MlpShape,
+) -> Result<[Vec<f32>; 2], TensorsError> {
+    // Sizes that are absurd must not get as far as being multiplied.
+    shape.validate().map_err(|e| TensorsError::Parts(e.to_string()))?;
+    let features =
+        read_floats(tensors, &format!("{prefix}features"), &[Some(vertices), Some(shape.features)])?;
     let mut parameters = Vec::new();
-    for (l, &(inputs, outputs)) in layers.iter().enumerate() {
+    for (l, (inputs, outputs)) in mlp().layers().into_iter().enumerate() {
         let weight = format!("{prefix}network.{l}.weight");
         parameters.extend(read_floats(tensors, &weight, &[Some(outputs), Some(inputs)])?);
         parameters.extend(read_floats(tensors, &format!("{prefix}network.{l}.bias"), &[Some(outputs)])?);
     }
-    Ok(parameters)
+    Ok([features, parameters])
 }
 
 fn read_floats(

@@ -5,9 +5,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::bytes::Writer;
-use super::{Model, ModelError, Precision, StoredBase, container};
-use crate::scalars::{Channel, ScalarShape, StoredScalars};
-use crate::{DisplacementField, FieldShape, Similarity};
+use super::{ModelError, Precision, StoredBase, container, scalars};
+use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
+use crate::{DisplacementField, FieldShape, Model, NetworkShape, Similarity};
 use ndf_core::DVec3;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
@@ -17,18 +17,20 @@ use ndf_network::Activation;
 /// A model with random features over a mesh, in the mesh's own order.
 fn model_on(base: TriangleMesh) -> Model {
     let base = ManifoldMesh::try_from(base).unwrap();
-    let shape =
-        FieldShape { features: 2, octaves: 1, hidden: vec![3], activation: Activation::Silu, residual: true };
+    let network = NetworkShape { features: 2, octaves: 1, hidden: vec![3], activation: Activation::Silu };
+    let shape = FieldShape::from(network);
     let field = DisplacementField::untrained(base, shape, 5).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut random = |n: usize| (0..n).map(|_| rng.random_range(-2.0..2.0)).collect::<Vec<f32>>();
-    let (features, parameters) = (field.features().len(), field.network().parameters().len());
+    let network = field.network();
+    let (features, parameters) = (network.features().len(), network.mlp().parameters().len());
     let field = field.with_parameters(random(features), random(parameters)).unwrap();
     let vertices = field.base().vertex_count();
-    let shape = ScalarShape { features: 1, hidden: vec![2], ..ScalarShape::default() };
+    let mut shape = ScalarShape::default();
+    shape.network = NetworkShape { features: 1, hidden: vec![2], ..shape.network };
     let channel = Channel { name: "u".to_owned(), range: [-1.0, 1.0], mean: 0.0, deviation: 1.0 };
-    let parameters = vec![0.25; shape.network(1).parameter_count()];
-    let fields = StoredScalars::new(vec![channel], shape, vertices, random(vertices), parameters).unwrap();
+    let parameters = vec![0.25; shape.mlp(1).parameter_count()];
+    let fields = SurfaceScalars::new(vec![channel], shape, vertices, random(vertices), parameters).unwrap();
     let similarity = Similarity::new(0.1 + 0.2, DVec3::new(1.0, 2.0 / 3.0, 3e-7 / 7.0)).unwrap();
     let scalars = vec![fields.clone(), fields];
     Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
@@ -73,10 +75,11 @@ fn round_trip_keeps_every_bit_and_the_order_settles() {
         assert_eq!(images(&again), images(&model));
         assert_eq!(again.provenance, model.provenance);
         assert_eq!(again.scalars.len(), 2);
-        assert_eq!(again.scalars[0].to_payload(), again.scalars[1].to_payload());
+        let payload = scalars::write(&again.scalars[0]);
+        assert_eq!(payload, scalars::write(&again.scalars[1]));
         let sizes = model.section_sizes();
         assert_eq!(sizes.total, bytes.len());
-        assert_eq!(sizes.scalars, 2 * again.scalars[0].to_payload().len());
+        assert_eq!(sizes.scalars, 2 * payload.len());
     }
 }
 
@@ -90,7 +93,7 @@ fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
             let again = Model::from_bytes(&model.to_bytes()).unwrap();
             assert_eq!(again.field.base().positions(), base.positions());
             assert_eq!(again.field.base().faces(), base.faces());
-            assert_eq!(again.field.features(), model.field.features());
+            assert_eq!(again.field.network().features(), model.field.network().features());
             let size = again.section_sizes().base;
             let positions = 12 * base.vertex_count();
             assert!(precision.is_none() || size < positions / 2, "{size} of {positions}");
@@ -124,14 +127,14 @@ fn rounding_is_as_fine_as_it_says_and_rounds_once() {
     let mut last = f32::INFINITY;
     for bits in [4, 8, 12] {
         let rounded = model.rounded(Precision::of_bits(bits));
-        let pairs = model.field.features().iter().zip(rounded.field.features());
+        let pairs = model.field.network().features().iter().zip(rounded.field.network().features());
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst <= 2.0 / (1_u32 << (bits - 1)) as f32 && worst < last / 4.0, "{bits} bits: {worst}");
         last = worst;
-        let (size, count) = (rounded.section_sizes().features, model.field.features().len());
+        let (size, count) = (rounded.section_sizes().features, model.field.network().features().len());
         assert!(8 * size < (bits as usize + 2) * count, "{bits} bits: {size} bytes for {count}");
         let twice = rounded.rounded(Precision::of_bits(bits));
-        assert_eq!(twice.field.features(), rounded.field.features());
+        assert_eq!(twice.field.network().features(), rounded.field.network().features());
         let coded = Model::from_bytes(&rounded.to_bytes()).unwrap();
         assert_eq!(images(&coded), images(&rounded));
     }
@@ -213,12 +216,12 @@ fn version_1_is_read() {
     sections[1].1 = w.0;
     let mut w = Writer::default();
     w.u32(2);
-    w.f32s(model.field.features().iter().copied());
+    w.f32s(model.field.network().features().iter().copied());
     sections[2].1 = w.0;
     let mut w = Writer::default();
     [2, 1, 1, 1].into_iter().for_each(|byte| w.u8(byte));
     w.u32(3);
-    w.f32s(model.field.network().parameters().iter().copied());
+    w.f32s(model.field.network().mlp().parameters().iter().copied());
     sections[3].1 = w.0;
     let mut bytes = container::join(&sections);
     bytes[8] = 1;
@@ -228,7 +231,7 @@ fn version_1_is_read() {
     let read = Model::from_bytes(&bytes).unwrap();
     assert_eq!(read.field.base().positions(), base.positions());
     assert_eq!(read.field.base().faces(), base.faces());
-    assert_eq!(read.field.features(), model.field.features());
-    assert_eq!(read.field.network(), model.field.network());
+    assert_eq!(read.field.network().features(), model.field.network().features());
+    assert_eq!(read.field.network().mlp(), model.field.network().mlp());
     assert_eq!(read.field.shape(), model.field.shape());
 }

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
-use ndf_model::field::{SampleEncoding, sample_encoding};
+use ndf_model::NetworkShape;
+use ndf_model::intrinsic_network::{IntrinsicEncoding, single};
 use ndf_network::{Activation, Mlp, MlpShape, Packed};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -93,7 +94,7 @@ fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> E
         targets.push(Target { foot: point(), normal: unit(point()), surface_normal: unit(point()) });
         origins.push(Origin { place, point: point(), image: point(), normal: unit(point()) });
     }
-    let positions = sample_encoding::single(base.positions());
+    let positions = single(base.positions());
     let frames: Vec<[[f32; 3]; 2]> =
         (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect();
     let packed = (Packed::new(&theta), phi.as_ref().map(Packed::new));
@@ -101,13 +102,8 @@ fn epoch(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> E
     let objective = Objective { terms: weighted_terms, lambda_c: LAMBDA_C, is_identity: false };
     let mut chunk = Chunk::new(&packed.0, packed.1.as_ref(), &objective);
     let mut corners = vec![0.0; 3 * FEATURES * base.face_count()];
-    let encoding = SampleEncoding {
-        faces: base.faces(),
-        positions: &positions,
-        features: &features,
-        dimension: FEATURES,
-        octaves: OCTAVES,
-    };
+    let shape = NetworkShape { features: FEATURES, octaves: OCTAVES, ..NetworkShape::default() };
+    let encoding = IntrinsicEncoding::new(base.faces(), &positions, &features, &shape);
     let model = Model {
         encoding,
         frames: &frames,

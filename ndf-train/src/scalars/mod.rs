@@ -17,11 +17,13 @@ use ndf_core::progress::Progress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::sampling::AreaSampler;
-use ndf_model::scalars::StoredScalarsError;
-use ndf_model::{Model, StoredScalars};
+use ndf_model::scalars::ScalarsError;
+use ndf_model::{Model, SurfaceScalars};
+use serde::Serialize;
 
 pub use settings::ScalarSettings;
 
+use crate::settings::SettingsError;
 use trainer::{Batch, Trainer};
 use values::{Drawn, Values};
 
@@ -45,8 +47,8 @@ const EPOCHS_REPORTED: usize = 16;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScalarError {
     /// The settings do not make sense.
-    #[error("{0}")]
-    Settings(&'static str),
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// A field that has not a value for every vertex.
     #[error("the scalar field {name} has {values} values for {vertices} vertices")]
     Length {
@@ -92,12 +94,12 @@ pub enum ScalarError {
     },
     /// The fields cannot be stored.
     #[error(transparent)]
-    Stored(#[from] StoredScalarsError),
+    Stored(#[from] ScalarsError),
 }
 
 /// How far a learned field is from its values, as shares of the range of the values; 0 for a field that is constant
 /// but for rounding.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelError {
     /// Root of the mean square.
     pub rms: f64,
@@ -106,7 +108,8 @@ pub struct ChannelError {
 }
 
 /// What came out, measured on fresh samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ScalarReport {
     /// Epochs made.
     pub epochs: usize,
@@ -137,7 +140,7 @@ impl ScalarReport {
 #[derive(Clone, Debug)]
 pub struct ScalarFit {
     /// The fields, over the base mesh of the model.
-    pub fields: StoredScalars,
+    pub fields: SurfaceScalars,
     /// How good they are.
     pub report: ScalarReport,
 }
@@ -156,9 +159,7 @@ pub fn fit(
     progress: &dyn Progress,
 ) -> Result<ScalarFit, ScalarError> {
     let started = Instant::now();
-    if let Some(defect) = settings.defect() {
-        return Err(ScalarError::Settings(defect));
-    }
+    settings.validate()?;
     let values = Values::new(mesh, scalars)?;
     let base = model.field.base();
     let sampler = AreaSampler::of_manifold(base).ok_or(ScalarError::NoBaseArea)?;
@@ -213,7 +214,7 @@ pub fn fit(
     Ok(ScalarFit { fields, report })
 }
 
-fn errors(fields: &StoredScalars, model: &Model, values: &Values, measured: &Drawn) -> Vec<ChannelError> {
+fn errors(fields: &SurfaceScalars, model: &Model, values: &Values, measured: &Drawn) -> Vec<ChannelError> {
     let found = fields.evaluate(model.field.base(), &measured.points);
     let channels = fields.channels();
     let mut errors = vec![ChannelError::default(); channels.len()];

@@ -1,12 +1,13 @@
 //! What a user may decide about learning scalar fields.
 
 use ndf_model::file::Precision;
-use ndf_model::scalars::{ChannelIndex, ScalarShape};
+use ndf_model::scalars::ScalarShape;
+use ndf_model::{ChannelIndex, NetworkShape};
 use ndf_network::Activation;
 use serde::{Deserialize, Serialize};
 
 use crate::rounding;
-use crate::settings::Schedule;
+use crate::settings::{Schedule, SettingsError, is_positive};
 
 /// All settings of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,10 +56,12 @@ impl ScalarSettings {
     pub fn paper() -> Self {
         Self {
             shape: ScalarShape {
-                octaves: 0,
-                activation: Activation::Relu,
+                network: NetworkShape {
+                    octaves: 0,
+                    activation: Activation::Relu,
+                    ..ScalarShape::default().network
+                },
                 index: ChannelIndex::Input,
-                ..ScalarShape::default()
             },
             epochs: 40_000,
             samples: 3_276,
@@ -75,24 +78,20 @@ impl ScalarSettings {
         self.bits.map(|_| self.epochs - rounding::rounded_epochs(self.epochs, self.rounded_share))
     }
 
-    /// What is wrong with the settings, if anything.
-    pub(super) fn defect(&self) -> Option<&'static str> {
-        let positive = |x: f32| x.is_finite() && x > 0.0;
+    /// Whether these settings can be used.
+    ///
+    /// # Errors
+    /// If they cannot.
+    pub fn validate(&self) -> Result<(), SettingsError> {
         match self {
-            s if s.epochs == 0 => Some("there must be at least one epoch"),
-            s if s.samples == 0 => Some("there must be at least one sample"),
-            s if s.samples > 1 << 24 => Some("more than 16 million samples in a batch are not supported"),
-            s if !positive(s.rate.first) || !positive(s.rate.last) => {
-                Some("the learning rate must be positive")
-            }
-            s if !positive(s.feature_rate) => Some("the rate of the features must be positive"),
-            s if !(0.0..=1.0).contains(&s.rounded_share) => {
-                Some("the share of rounded epochs is between 0 and 1")
-            }
-            s if s.bits.is_some_and(|bits| !Precision::BITS.contains(&bits)) => {
-                Some("features have 3 to 14 bits")
-            }
-            s => s.shape.defect(),
+            s if s.epochs == 0 => Err(SettingsError::NoEpochs),
+            s if s.samples == 0 => Err(SettingsError::NoSamples),
+            s if s.samples > 1 << 24 => Err(SettingsError::ScalarSamples),
+            s if !s.rate.is_positive() => Err(SettingsError::Rate),
+            s if !is_positive(s.feature_rate) => Err(SettingsError::FeatureRate),
+            s if !(0.0..=1.0).contains(&s.rounded_share) => Err(SettingsError::RoundedShare),
+            s if s.bits.is_some_and(|bits| !Precision::BITS.contains(&bits)) => Err(SettingsError::Bits),
+            s => Ok(s.shape.network.validate()?),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! One chunk of an epoch: samples through the network, the squared errors of all channels, and all the way back.
 
-use ndf_model::field::SampleEncoding;
-use ndf_model::scalars::Passes;
-use ndf_network::backward::InputGradient;
-use ndf_network::{Activations, BLOCK, Gradients, Packed, backward, forward};
+use ndf_model::intrinsic_network::IntrinsicEncoding;
+use ndf_model::intrinsic_network::Passes;
+use ndf_network::simd::{InputGradient, backward, forward};
+use ndf_network::{Activations, BLOCK, Gradients, Packed};
 use pulp::{Simd, WithSimd};
 
 use super::values::{Foot, Values};
@@ -40,7 +40,7 @@ impl Chunk {
 /// The network as it is in this epoch, and what it is to learn.
 #[derive(Clone, Copy)]
 pub(super) struct Network<'a> {
-    pub(super) encoding: SampleEncoding<'a>,
+    pub(super) encoding: IntrinsicEncoding<'a>,
     pub(super) packed: &'a Packed,
     pub(super) passes: Passes,
     pub(super) values: &'a Values,
@@ -70,9 +70,9 @@ impl WithSimd for Step<'_> {
         let Chunk { activations, gradients, wanted, loss } = chunk;
         let channels = values.channels.len();
         let (stride, out_stride) = (activations.input_stride(), activations.output_stride());
-        let dimension = encoding.dimension;
+        let dimension = encoding.dimension();
         let by_input = if dimension > 0 { InputGradient::Wanted } else { InputGradient::Unwanted };
-        let mut corners = CornerGradients { first_face, by_corner: corner_gradients, dimension };
+        let mut corners = CornerGradients { first_face, by_corner: corner_gradients, encoding };
         corners.by_corner.fill(0.0);
         gradients.clear();
         *loss = 0.0;
@@ -86,7 +86,7 @@ impl WithSimd for Step<'_> {
             for pass in 0..passes.count {
                 passes.set_code(pass, activations.input_mut(), stride);
                 forward(simd, packed, activations);
-                let first = passes.first_channel(pass);
+                let first = pass * passes.outputs;
                 let outputs = activations.output().chunks_exact(out_stride);
                 let deltas = gradients.output_mut().chunks_exact_mut(out_stride);
                 let mut sum = 0.0;

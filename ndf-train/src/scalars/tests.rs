@@ -4,8 +4,9 @@ use ndf_core::DVec3;
 use ndf_core::progress::NoProgress;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
-use ndf_model::scalars::{ChannelIndex, ScalarShape};
-use ndf_model::{DisplacementField, FieldShape, Similarity};
+use ndf_model::ChannelIndex;
+use ndf_model::scalars::ScalarShape;
+use ndf_model::{DisplacementField, FieldShape, NetworkShape, Similarity};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -42,8 +43,9 @@ fn quick() -> ScalarSettings {
     ScalarSettings { epochs: 400, samples: 1_000, ..ScalarSettings::default() }
 }
 
-fn bits(fit: &ScalarFit) -> Vec<u8> {
-    fit.fields.to_payload()
+fn bits(fit: &ScalarFit) -> Vec<u32> {
+    let network = fit.fields.network();
+    network.features().iter().chain(network.mlp().parameters()).map(|x| x.to_bits()).collect()
 }
 
 #[test]
@@ -106,7 +108,7 @@ fn what_cannot_be_learned_is_named() {
     holes.values[8] = f32::INFINITY;
     let found = error(&mesh, &[holes], &quick());
     assert!(matches!(found, ScalarError::NotFinite { count: 2, .. }), "{found}");
-    assert!(matches!(error(&mesh, &[], &quick()), ScalarError::Stored(StoredScalarsError::Empty)));
+    assert!(matches!(error(&mesh, &[], &quick()), ScalarError::Stored(ScalarsError::Empty)));
     let away = mesh.map_positions(|p| p + DVec3::X);
     assert!(fit(&model, &away, std::slice::from_ref(&height), &quick(), &NoProgress).is_ok());
     let far = mesh.map_positions(|p| p + 10.0 * DVec3::X);
@@ -118,7 +120,13 @@ fn what_cannot_be_learned_is_named() {
         ScalarSettings { epochs: 0, ..quick() },
         ScalarSettings { samples: 0, ..quick() },
         ScalarSettings { rate: Schedule::constant(f32::NAN), ..quick() },
-        ScalarSettings { shape: ScalarShape { hidden: vec![0], ..ScalarShape::default() }, ..quick() },
+        ScalarSettings {
+            shape: ScalarShape {
+                network: NetworkShape { hidden: vec![0], ..NetworkShape::default() },
+                ..ScalarShape::default()
+            },
+            ..quick()
+        },
     ] {
         assert!(matches!(error(&mesh, std::slice::from_ref(&height), &settings), ScalarError::Settings(_)));
     }
@@ -140,7 +148,7 @@ fn a_cancelled_run_ends_with_what_it_has() {
     assert!(fit.report.interrupted && fit.report.epochs == 0);
 }
 
-/// All gradients of an epoch against central differences of its loss, which is evaluated through [`StoredScalars`] in the
+/// All gradients of an epoch against central differences of its loss, which is evaluated through [`SurfaceScalars`] in the
 /// values' own units.
 #[test]
 fn gradients_agree_with_differences() {
@@ -153,13 +161,14 @@ fn gradients_agree_with_differences() {
     // Training does not know of the clamping.
     let mut channels = values.channels.clone();
     channels.iter_mut().for_each(|c| c.range = [-1e9, 1e9]);
-    let default = ScalarShape { hidden: vec![16, 8], ..ScalarShape::default() };
-    let by_input = ScalarShape { index: ChannelIndex::Input, ..default.clone() };
+    let default = NetworkShape { hidden: vec![16, 8], ..ScalarShape::default().network };
+    let with = |network: NetworkShape, index| ScalarShape { network, index };
+    let (output, input) = (ChannelIndex::Output, ChannelIndex::Input);
     for shape in [
-        default.clone(),
-        by_input.clone(),
-        ScalarShape { features: 9, octaves: 1, ..by_input },
-        ScalarShape { features: 0, octaves: 3, ..default },
+        with(default.clone(), output),
+        with(default.clone(), input),
+        with(NetworkShape { features: 9, octaves: 1, ..default.clone() }, input),
+        with(NetworkShape { features: 0, octaves: 3, ..default }, output),
     ] {
         let settings = ScalarSettings { shape: shape.clone(), ..quick() };
         let mut trainer = Trainer::new(base, 2, &settings);
@@ -168,9 +177,9 @@ fn gradients_agree_with_differences() {
         let batch = Batch::new(drawn(), base.face_count());
         let loss = trainer.accumulate(&batch, &values);
         let mut by_features = vec![0.0_f32; trainer.features.len()];
-        let corners = trainer.by_corners.chunks_exact(shape.features.max(1));
+        let corners = trainer.by_corners.chunks_exact(shape.network.features.max(1));
         for (&v, gradient) in base.faces().iter().flatten().zip(corners) {
-            let to = &mut by_features[v as usize * shape.features..];
+            let to = &mut by_features[v as usize * shape.network.features..];
             to.iter_mut().zip(gradient).for_each(|(to, g)| *to += g);
         }
 
@@ -178,7 +187,7 @@ fn gradients_agree_with_differences() {
         let evaluate = |[features, parameters]: [Vec<f32>; 2]| -> f64 {
             let (channels, shape) = (channels.clone(), shape.clone());
             let fields =
-                StoredScalars::new(channels, shape, base.vertex_count(), features, parameters).unwrap();
+                SurfaceScalars::new(channels, shape, base.vertex_count(), features, parameters).unwrap();
             let found = fields.evaluate(base, &samples);
             let mut wanted = [0.0; 2];
             let mut sum = 0.0;

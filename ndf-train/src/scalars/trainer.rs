@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use ndf_mesh::ManifoldMesh;
-use ndf_model::StoredScalars;
-use ndf_model::field::{SampleEncoding, sample_encoding};
+use ndf_model::SurfaceScalars;
 use ndf_model::file::{Grids, Precision};
-use ndf_model::scalars::{Channel, StoredScalarsError};
+use ndf_model::intrinsic_network::{IntrinsicEncoding, single};
+use ndf_model::scalars::{Channel, ScalarsError};
 use ndf_network::{BLOCK, Mlp, Packed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -88,8 +88,8 @@ pub(super) struct Trainer<'a> {
 impl<'a> Trainer<'a> {
     pub(super) fn new(base: &'a ManifoldMesh, channels: usize, settings: &'a ScalarSettings) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
-        let mlp = Mlp::kaiming(settings.shape.network(channels), &mut rng);
-        let d = settings.shape.features;
+        let mlp = Mlp::kaiming(settings.shape.mlp(channels), &mut rng);
+        let d = settings.shape.network.features;
         let features = vec![0.0; base.vertex_count() * d];
         let packed = Packed::new(&mlp);
         Self {
@@ -98,7 +98,7 @@ impl<'a> Trainer<'a> {
             epoch: 0,
             grids: None,
             rounded: Rounded::default(),
-            positions: sample_encoding::single(base.positions()),
+            positions: single(base.positions()),
             incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
             chunks: (0..chunk_count(settings.samples)).map(|_| Chunk::new(&packed, channels)).collect(),
             by_parameters: vec![0.0; mlp.parameters().len()],
@@ -118,7 +118,7 @@ impl<'a> Trainer<'a> {
 
     /// The fields as learned so far, rounded where the loss sees them so. Where nothing was yet learned of the rounding, it
     /// is finer than asked for, so that it costs next to no accuracy.
-    pub(super) fn fields(&self, channels: &[Channel]) -> Result<StoredScalars, StoredScalarsError> {
+    pub(super) fn fields(&self, channels: &[Channel]) -> Result<SurfaceScalars, ScalarsError> {
         let (mut features, mut mlp) = (self.features.clone(), self.mlp.clone());
         if let Some(grids) = &self.grids {
             grids.round(&mut features, &mut mlp);
@@ -126,7 +126,7 @@ impl<'a> Trainer<'a> {
         let shape = self.settings.shape.clone();
         let parameters = mlp.parameters().to_vec();
         let fields =
-            StoredScalars::new(channels.to_vec(), shape, self.base.vertex_count(), features, parameters)?;
+            SurfaceScalars::new(channels.to_vec(), shape, self.base.vertex_count(), features, parameters)?;
         Ok(match (self.settings.bits, &self.grids) {
             (Some(bits), None) => fields.rounded(Precision::of_bits(bits + 3)),
             _ => fields,
@@ -139,7 +139,7 @@ impl<'a> Trainer<'a> {
             && self.epoch >= first
         {
             let precision = Precision::of_bits(bits);
-            let d = self.settings.shape.features;
+            let d = self.settings.shape.network.features;
             self.grids.get_or_insert_with(|| Grids::new(d, &self.features, &self.mlp, precision));
         }
         self.rounded.update(self.grids.as_ref(), &self.features, &self.mlp);
@@ -149,11 +149,11 @@ impl<'a> Trainer<'a> {
         let step = AdamStep::new(epoch + 1, rate);
         let [of_features, of_network] = &mut self.moments;
         of_network.apply(step, self.mlp.parameters_mut(), &self.by_parameters);
-        if settings.shape.features > 0 {
+        if settings.shape.network.features > 0 {
             let (first, second) = of_features.parts_mut();
             FeatureUpdate {
                 step: step.scaled(settings.feature_rate),
-                dimension: settings.shape.features,
+                dimension: settings.shape.network.features,
                 incident: &self.incident,
                 corner_gradients: &self.by_corners,
             }
@@ -167,15 +167,14 @@ impl<'a> Trainer<'a> {
     pub(super) fn accumulate(&mut self, batch: &Batch, values: &Values) -> f64 {
         let (features, mlp) = self.rounded.seen(&self.features, &self.mlp);
         self.packed.pack(mlp.parameters());
-        let d = self.settings.shape.features;
+        let d = self.settings.shape.network.features;
         let network = Network {
-            encoding: SampleEncoding {
-                faces: self.base.faces(),
-                positions: &self.positions,
+            encoding: IntrinsicEncoding::new(
+                self.base.faces(),
+                &self.positions,
                 features,
-                dimension: d,
-                octaves: self.settings.shape.octaves,
-            },
+                &self.settings.shape.network,
+            ),
             packed: &self.packed,
             passes: self.settings.shape.passes(self.channels),
             values,

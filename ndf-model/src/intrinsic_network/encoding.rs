@@ -1,26 +1,48 @@
-//! The network's input for a point of the base mesh: `[z(x), x, PE(x)]`.
+//! The rows of input that tell a network of a point of the base mesh: `[z(x), x, PE(x)]`, with z the features of the
+//! vertices interpolated; their derivatives in a direction, and the way back to the features.
 
 use pulp::Simd;
 
+use super::shape::NetworkShape;
+use ndf_core::DVec3;
 use ndf_network::encoding;
 
-/// What is needed to encode points of a base mesh.
+/// What is needed to encode points of a base mesh: features at its vertices, interpolated (the intrinsic encoding z), and
+/// their positions.
 #[derive(Clone, Copy, Debug)]
-pub struct SampleEncoding<'a> {
-    /// Corners of the base faces.
-    pub faces: &'a [[u32; 3]],
-    /// Positions of the base vertices, rounded.
-    pub positions: &'a [[f32; 3]],
-    /// Features, vertex-major.
-    pub features: &'a [f32],
-    /// Features per vertex.
-    pub dimension: usize,
-    /// Octaves of positional encoding.
-    pub octaves: usize,
+pub struct IntrinsicEncoding<'a> {
+    faces: &'a [[u32; 3]],
+    positions: &'a [[f32; 3]],
+    features: &'a [f32],
+    dimension: usize,
+    octaves: usize,
 }
 
-impl SampleEncoding<'_> {
+impl<'a> IntrinsicEncoding<'a> {
+    /// The encoding by the corners of the base faces, the positions of the base vertices, and features, vertex-major.
+    pub fn new(
+        faces: &'a [[u32; 3]],
+        positions: &'a [[f32; 3]],
+        features: &'a [f32],
+        shape: &NetworkShape,
+    ) -> Self {
+        Self { faces, positions, features, dimension: shape.features, octaves: shape.octaves }
+    }
+
+    /// Features per vertex.
+    #[inline(always)]
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Whether all points of a face have the same tangents of their encoding.
+    #[inline(always)]
+    pub fn is_linear(&self) -> bool {
+        self.octaves == 0
+    }
+
     /// Writes the encoding of the point of `face` with these barycentric coordinates; returns x.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn encode<S: Simd>(&self, simd: S, face: u32, barycentric: [f32; 3], row: &mut [f32]) -> [f32; 3] {
         let corners = self.faces[face as usize];
@@ -43,6 +65,18 @@ impl SampleEncoding<'_> {
         let dx = self.interpolate(corners, direction, dz);
         rest[..3].copy_from_slice(&dx);
         encoding::encode_tangent(&row[d + 3..], dx, self.octaves, &mut rest[3..]);
+    }
+
+    /// Adds the derivatives of a loss by the features of the corners of a face to `corners`, corner by corner: `row` begins
+    /// with those by the interpolated features, which were combined with these weights.
+    #[inline(always)]
+    pub fn add_to_corners(&self, weights: [f32; 3], row: &[f32], corners: &mut [f32]) {
+        let d = self.dimension;
+        let (a, others) = corners[..3 * d].split_at_mut(d);
+        let (b, c) = others.split_at_mut(d);
+        for (corner, weight) in [a, b, c].into_iter().zip(weights) {
+            add_scaled_row(corner, weight, &row[..d]);
+        }
     }
 
     /// Combines the features of three vertices into `z` and their positions into what is returned.
@@ -90,7 +124,7 @@ fn combine_rows(to: &mut [f32], weights: [f32; 3], [a, b, c]: [&[f32]; 3]) {
 
 /// `to += factor · from`.
 #[inline(always)]
-pub fn add_scaled_row(to: &mut [f32], factor: f32, from: &[f32]) {
+fn add_scaled_row(to: &mut [f32], factor: f32, from: &[f32]) {
     let (to, to_rest) = to.as_chunks_mut::<OCTET>();
     let (from, from_rest) = from.as_chunks::<OCTET>();
     for (to, from) in to.iter_mut().zip(from) {
@@ -104,6 +138,6 @@ pub fn add_scaled_row(to: &mut [f32], factor: f32, from: &[f32]) {
 }
 
 /// Positions in single precision.
-pub fn single(positions: &[ndf_core::glam::DVec3]) -> Vec<[f32; 3]> {
+pub fn single(positions: &[DVec3]) -> Vec<[f32; 3]> {
     positions.iter().map(|p| p.as_vec3().to_array()).collect()
 }

@@ -1,0 +1,271 @@
+//! The neural displacement field `g : Ω′ → R³` of a base mesh Ω′.
+//!
+//! `g(x) = x + MLP([z(x), x, PE(x)])` (or without the leading `x`, see [`FieldShape::residual`]): an
+//! [`IntrinsicNetwork`] that gives the displacement. Everything here lives in the normalised box `[-1.5, 1.5]³`;
+//! [`crate::Similarity`] leads to the user's units.
+//!
+//! This is the one place where `f64` geometry meets `f32` networks: inputs are rounded on the way in, and the
+//! displacement is added in `f64` on the way out.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde::{Deserialize, Serialize};
+
+use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape, Part, Passes};
+use ndf_core::DVec3;
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::FaceSample;
+use ndf_network::{Mlp, MlpShape};
+
+/// The sizes of a field's parts.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FieldShape {
+    /// Sizes of the features and the network.
+    #[serde(flatten)]
+    pub network: NetworkShape,
+    /// Whether the network gives the displacement from x (then it starts as the identity) or the point.
+    pub residual: bool,
+}
+
+impl Default for FieldShape {
+    /// d = 8 and two hidden layers of 32 with ReLU, without positional encoding, residual.
+    fn default() -> Self {
+        NetworkShape::default().into()
+    }
+}
+
+impl From<NetworkShape> for FieldShape {
+    /// A residual field.
+    fn from(network: NetworkShape) -> Self {
+        Self { network, residual: true }
+    }
+}
+
+impl FieldShape {
+    /// How g comes out of the network: in one pass.
+    pub fn passes(&self) -> Passes {
+        self.network.passes(3, ChannelIndex::Output)
+    }
+
+    /// Shape of the perceptron.
+    pub fn mlp(&self) -> MlpShape {
+        self.network.mlp(self.passes())
+    }
+}
+
+/// A base mesh and the network on it: all that is needed to evaluate `g`.
+#[derive(Clone, Debug)]
+pub struct DisplacementField {
+    base: ManifoldMesh,
+    network: IntrinsicNetwork,
+    residual: bool,
+}
+
+/// A point of the learned surface and the surface's tangents there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mapped {
+    /// g(x).
+    pub point: DVec3,
+    /// J u and J v, where u and v are the edges of the base face from its corner 0 to corners 1 and 2.
+    pub tangents: [DVec3; 2],
+}
+
+impl Mapped {
+    /// Unit normal of the learned surface, or zero where the tangents are parallel.
+    pub fn normal(&self) -> DVec3 {
+        self.tangents[0].cross(self.tangents[1]).normalize_or_zero()
+    }
+}
+
+/// Derivatives of the barycentric coordinates along the edges of a face from its corner 0 to corners 1 and 2.
+const EDGES: [[f32; 3]; 2] = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
+
+impl DisplacementField {
+    /// A field of these parts: features vertex by vertex, parameters in the order of [`Mlp::parameters`]. Base positions
+    /// are rounded to `f32`, so that a file that keeps them so gives the same field back.
+    ///
+    /// # Errors
+    /// If numbers do not fit together or are not finite.
+    pub fn new(
+        base: ManifoldMesh,
+        shape: FieldShape,
+        features: Vec<f32>,
+        parameters: Vec<f32>,
+    ) -> Result<Self, NetworkError> {
+        let (passes, FieldShape { network, residual }) = (shape.passes(), shape);
+        let network = IntrinsicNetwork::new(base.vertex_count(), network, passes, features, parameters)?;
+        let rounded: Vec<DVec3> = base.positions().iter().map(|p| p.as_vec3().as_dvec3()).collect();
+        if let Some(v) = rounded.iter().position(|p| !p.is_finite()) {
+            return Err(NetworkError::BaseVertex(v));
+        }
+        Ok(Self { base: base.with_positions(rounded), network, residual })
+    }
+
+    /// A field to be trained: features and the network's last layer are zero where the shape is residual
+    /// (`g` is the identity); features zero and Kaiming's initialisation of the network where it is not.
+    ///
+    /// # Errors
+    /// If the sizes are not supported, or a base vertex does not fit single precision.
+    pub fn untrained(base: ManifoldMesh, shape: FieldShape, seed: u64) -> Result<Self, NetworkError> {
+        shape.network.validate()?;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mlp = if shape.residual {
+            Mlp::zero_at_birth(shape.mlp(), &mut rng)
+        } else {
+            Mlp::kaiming(shape.mlp(), &mut rng)
+        };
+        let features = vec![0.0; base.vertex_count() * shape.network.features];
+        Self::new(base, shape, features, mlp.parameters().to_vec())
+    }
+
+    /// The base mesh, in the normalised box. Positions are exact in `f32`.
+    pub fn base(&self) -> &ManifoldMesh {
+        &self.base
+    }
+
+    /// Sizes of the parts.
+    pub fn shape(&self) -> FieldShape {
+        FieldShape { network: self.network.shape().clone(), residual: self.residual }
+    }
+
+    /// The network: features and perceptron.
+    pub fn network(&self) -> &IntrinsicNetwork {
+        &self.network
+    }
+
+    /// The same base mesh and shape with other features and network parameters.
+    ///
+    /// # Errors
+    /// If numbers do not fit together or are not finite.
+    pub fn with_parameters(&self, features: Vec<f32>, parameters: Vec<f32>) -> Result<Self, NetworkError> {
+        Ok(self.with_network(self.network.with_parameters(features, parameters)?))
+    }
+
+    /// The same base mesh with another network of the same shape.
+    pub(crate) fn with_network(&self, network: IntrinsicNetwork) -> Self {
+        Self { base: self.base.clone(), network, residual: self.residual }
+    }
+
+    /// g at every point; about 3,000 floating-point operations each with the default shape.
+    ///
+    /// # Panics
+    /// If a face does not exist in the base mesh.
+    pub fn map(&self, points: &[FaceSample]) -> Vec<DVec3> {
+        let mut mapped = vec![DVec3::ZERO; points.len()];
+        self.network.evaluate_into(&self.base, points, &[], &mut mapped, 1, |_, point, row, to| {
+            to[0] = self.origin(point) + vector(row);
+        });
+        mapped
+    }
+
+    /// g and its tangents at every point; three times the work of [`map`](Self::map).
+    ///
+    /// # Panics
+    /// If a face does not exist in the base mesh.
+    pub fn map_with_tangents(&self, points: &[FaceSample]) -> Vec<Mapped> {
+        let mut mapped = vec![Mapped { point: DVec3::ZERO, tangents: [DVec3::ZERO; 2] }; points.len()];
+        let take = |part: Part, point: &FaceSample, row: &[f32], to: &mut [Mapped]| match part {
+            Part::Values(_) => to[0].point = self.origin(point) + vector(row),
+            Part::Tangent(k) => to[0].tangents[k] = self.edge(point.face, k) + vector(row),
+        };
+        self.network.evaluate_into(&self.base, points, &EDGES, &mut mapped, 1, take);
+        mapped
+    }
+
+    /// The displacement's starting point: x where the field is residual.
+    fn origin(&self, point: &FaceSample) -> DVec3 {
+        if self.residual { point.position(self.base.as_triangle_mesh()) } else { DVec3::ZERO }
+    }
+
+    /// The derivative of the starting point along edge k.
+    fn edge(&self, face: u32, k: usize) -> DVec3 {
+        if !self.residual {
+            return DVec3::ZERO;
+        }
+        let corners = self.base.corner_positions(face);
+        corners[k + 1] - corners[0]
+    }
+}
+
+fn vector(row: &[f32]) -> DVec3 {
+    DVec3::new(f64::from(row[0]), f64::from(row[1]), f64::from(row[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndf_mesh::sampling::AreaSampler;
+    use ndf_mesh::shapes;
+    use rand::RngExt;
+
+    fn random_field(shape: FieldShape) -> DisplacementField {
+        let base = ManifoldMesh::try_from(shapes::icosphere(2)).unwrap();
+        let field = DisplacementField::untrained(base, shape.clone(), 3).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut random = |n: usize| (0..n).map(|_| rng.random_range(-0.3..0.3)).collect::<Vec<f32>>();
+        let (f, p) = (random(field.network().features().len()), random(shape.mlp().parameter_count()));
+        field.with_parameters(f, p).unwrap()
+    }
+
+    #[test]
+    fn untrained_residual_field_is_the_identity() {
+        let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
+        let field = DisplacementField::untrained(base, FieldShape::default(), 1).unwrap();
+        let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(1001, 0, 0);
+        for (sample, y) in samples.iter().zip(field.map(&samples)) {
+            assert_eq!(y, sample.position(field.base().as_triangle_mesh()));
+        }
+    }
+
+    #[test]
+    fn field_is_continuous_across_edges() {
+        let field = random_field(NetworkShape { octaves: 2, ..NetworkShape::default() }.into());
+        let base = field.base();
+        for e in 0..base.edge_count() as u32 {
+            let h = base.edge_halfedge(e);
+            let twin = base.twin(h).unwrap();
+            let at = |h: u32, t: f64| {
+                let mut barycentric = [0.0; 3];
+                barycentric[h as usize % 3] = 1.0 - t;
+                barycentric[(h as usize + 1) % 3] = t;
+                FaceSample { face: h / 3, barycentric }
+            };
+            let y = field.map(&[at(h, 0.3), at(twin, 0.7)]);
+            assert!((y[0] - y[1]).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn tangents_are_the_derivatives() {
+        for shape in [
+            FieldShape::default(),
+            FieldShape { residual: false, ..FieldShape::default() },
+            NetworkShape { features: 3, octaves: 2, hidden: vec![24], ..NetworkShape::default() }.into(),
+        ] {
+            let field = random_field(shape);
+            let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(517, 0, 0);
+            let values = field.map(&samples);
+            let h = 1e-3;
+            let moved = |to: usize, h: f64| {
+                let step = |s: &FaceSample| {
+                    let mut barycentric = s.barycentric;
+                    barycentric[0] -= h;
+                    barycentric[to] += h;
+                    FaceSample { barycentric, ..*s }
+                };
+                field.map(&samples.iter().map(step).collect::<Vec<_>>())
+            };
+            let mut agree = 0;
+            for to in [1, 2] {
+                let (up, down) = (moved(to, h), moved(to, -h));
+                for (i, mapped) in field.map_with_tangents(&samples).iter().enumerate() {
+                    assert!((mapped.point - values[i]).length() < 1e-6);
+                    let slope = (up[i] - down[i]) / (2.0 * h);
+                    // ReLU has kinks: a few samples lie within h of one.
+                    agree += usize::from((mapped.tangents[to - 1] - slope).length() < 1e-3);
+                }
+            }
+            assert!(agree as f64 > 0.95 * 2.0 * samples.len() as f64, "{agree}");
+        }
+    }
+}

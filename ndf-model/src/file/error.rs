@@ -1,0 +1,62 @@
+//! Why a file is not a model.
+
+use safetensors::tensor::SafeTensorError;
+
+/// The version written. All before it are read.
+pub(super) const VERSION: u32 = 2;
+
+/// Why bytes are not a model.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// Not a `.ndf` file.
+    #[error("not an .ndf model: the file does not begin with the magic number")]
+    Magic,
+    /// Made by a later version.
+    #[error("the model has format version {0}; this program reads up to version {newest}", newest = VERSION)]
+    Version(u32),
+    /// The header or the section table is damaged.
+    #[error("the model is damaged: {0}")]
+    Header(&'static str),
+    /// The checksum of a section does not match.
+    #[error("the model is damaged: the checksum of section {0} does not match")]
+    Checksum(String),
+    /// A required section is not there.
+    #[error("the model has no section {0}")]
+    Missing(&'static str),
+    /// A section does not make sense.
+    #[error("section {section} of the model: {defect}")]
+    Section {
+        /// Its tag.
+        section: &'static str,
+        /// What is wrong.
+        defect: String,
+    },
+}
+
+/// Why tensors are not a model.
+#[derive(Debug, thiserror::Error)]
+pub enum TensorsError {
+    /// The file is no `.safetensors`, or a damaged one.
+    #[error("not a usable .safetensors file: {0}")]
+    File(#[from] SafeTensorError),
+    /// The file holds something else.
+    #[error("the file has no metadata of a model: it was not exported from one")]
+    NotAModel,
+    /// The metadata cannot be read.
+    #[error("the metadata of the model: {0}")]
+    Metadata(#[from] serde_json::Error),
+    /// A tensor has another type or shape.
+    #[error("tensor {name}: {defect}")]
+    Tensor {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        defect: String,
+    },
+    /// The parts do not fit together.
+    #[error("the parts do not make a model: {0}")]
+    Parts(String),
+}
