@@ -38,6 +38,7 @@ const APART: &[(&[&str], &[&str])] = &[
 struct Package {
     name: String,
     line: usize,
+    is_published: bool,
     /// The crates of the workspace it uses, tests aside.
     uses: Vec<String>,
 }
@@ -50,6 +51,12 @@ pub(crate) fn run() -> Result<(), String> {
     }
     check_order(&packages)?;
     circles::check(&packages.iter().map(|p| p.name.as_str()).collect::<Vec<_>>())
+}
+
+/// The names of the crates that are published.
+pub(crate) fn published() -> Result<Vec<String>, String> {
+    let published = packages()?.into_iter().filter(|package| package.is_published);
+    Ok(published.map(|package| package.name).collect())
 }
 
 /// What `cargo metadata` tells, from the top down. Dependencies of tests are free.
@@ -72,7 +79,8 @@ fn packages() -> Result<Vec<Package>, String> {
         uses.dedup();
         let name = name(member);
         let line = line(&name).ok_or_else(|| format!("{name} has no place in the list of crates"))?;
-        packages.push(Package { name, line, uses });
+        let is_published = member["publish"].is_null();
+        packages.push(Package { name, line, is_published, uses });
     }
     packages.sort_by_key(|package| package.line);
     Ok(packages)
@@ -83,7 +91,7 @@ fn line(name: &str) -> Option<usize> {
 }
 
 fn check_order(packages: &[Package]) -> Result<(), String> {
-    for Package { name, line: from, uses } in packages {
+    for Package { name, line: from, uses, .. } in packages {
         for used in uses {
             let points_up = line(used).is_none_or(|to| to < *from);
             let is_apart = |(these, those): &(&[&str], &[&str])| {

@@ -1,12 +1,13 @@
 //! The check before a change lands.
 
 use crate::shell::{self, cargo};
-use crate::{arrows, paths};
+use crate::{arrows, paths, readmes};
 
 pub(crate) fn run() -> Result<(), String> {
     shell::run(&mut cargo(&["fmt", "--all", "--check"]))?;
     arrows::run()?;
     paths::check()?;
+    readmes::run(true)?;
     shell::run(&mut cargo(&[
         "clippy",
         "--workspace",

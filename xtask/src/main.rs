@@ -5,6 +5,7 @@ mod ci;
 mod circles;
 mod data;
 mod paths;
+mod readmes;
 mod shell;
 mod source;
 
@@ -22,6 +23,7 @@ Tasks:
   arrows   Print the crates and their dependencies, and check their order and the files of each for circles
   data     List the files that tables and tests use, with their sources, and check them in a folder [default: NDF_DATA]
   paths    Check that the files and folders that the documentation names exist
+  readmes  Write README.md of every crate from the front page of its documentation
 
 Measurements (each takes --help; they are compiled in release mode first):
   ";
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         ["data"] => data::run(None),
         ["data", folder] => data::run(Some(folder)),
         ["paths"] => paths::check(),
+        ["readmes"] => readmes::run(false),
         [] | ["help" | "--help" | "-h"] => {
             eprintln!("{HELP}{}", EXPERIMENTS.join(", "));
             Ok(())
