@@ -233,7 +233,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let file = ndf_mesh::io::read_mesh(path).map_err(|e| say(&e))?;
         let mesh = repair::mended(&file.mesh).map_err(|e| say(&e))?.mesh;
-        let surface = MeshSurface::new(mesh.as_triangle_mesh()).map_err(|e| say(&e))?;
+        let surface = MeshSurface::new(&mesh).map_err(|e| say(&e))?;
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };
         let base =
             base_mesh_of_manifold(&mesh, Some(&surface), &base, &NoProgress).map_err(|e| say(&e))?.mesh;
@@ -295,7 +295,7 @@ fn copied(surface: &MeshSurface, cells: u32) -> Result<MeshSurface, String> {
     let field = surface.as_field().ok_or("the surface has no field")?;
     let options = MarchingCubesOptions { grid: cells, ..MarchingCubesOptions::default() };
     let copy = marching_cubes(field, &options, &NoProgress).map_err(|e| e.to_string())?;
-    MeshSurface::new(copy.mesh.as_triangle_mesh()).map_err(|e| e.to_string())
+    MeshSurface::new(&copy.mesh).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]

@@ -75,13 +75,13 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
     check_analysis(&surface).map_err(|e| say(&e))?;
     let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));
-    write_picture(surface.as_triangle_mesh(), &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
+    write_picture(&surface, &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
     let truth = match &options.truth {
-        Some(path) => distances(&fitted, surface.as_triangle_mesh(), path).map_err(|e| say(&e))?,
+        Some(path) => distances(&fitted, &surface, path).map_err(|e| say(&e))?,
         None => "".to_owned(),
     };
     let report = &fitted.report;
-    let diagonal = surface.as_triangle_mesh().bounds().diagonal();
+    let diagonal = surface.bounds().diagonal();
     let share = |x: f64| 100.0 * fitted.model.similarity.length_to_world(x) / diagonal;
     let figures = fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity));
     let number = |key: &str| figures.as_ref().map_or(0.0, |figures| figures[key].as_f64().unwrap_or(0.0));

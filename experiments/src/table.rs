@@ -47,10 +47,10 @@ fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
     let BaseSource::Manifold(reference) = &fitted.input.base else {
         return Err(say(&"it is no clean manifold"));
     };
-    let reference = reference.as_triangle_mesh();
+    let reference = &reference;
     let options = MeasureOptions::default();
-    let base = measure(reference, fitted.base.as_triangle_mesh(), &options).map_err(|e| say(&e))?;
-    let learned = measure(reference, surface.as_triangle_mesh(), &options).map_err(|e| say(&e))?;
+    let base = measure(reference, &fitted.base, &options).map_err(|e| say(&e))?;
+    let learned = measure(reference, &surface, &options).map_err(|e| say(&e))?;
     let share = |x: f64| 100.0 * x / learned.diagonal;
     let (before, after) = (base.mesh_to_reference.mean, learned.mesh_to_reference.mean);
     let (before_back, after_back) = (base.reference_to_mesh.mean, learned.reference_to_mesh.mean);

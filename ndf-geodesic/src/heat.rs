@@ -189,8 +189,8 @@ mod tests {
     use super::*;
     use crate::{ExactOptions, exact_distances};
     use ndf_core::NoProgress;
-    use ndf_mesh::ManifoldMesh;
     use ndf_mesh::shapes;
+    use ndf_mesh::{FacePoint, ManifoldMesh};
 
     fn mean_error(mesh: &IntrinsicMesh, sources: &[SurfacePoint]) -> f64 {
         let exact = exact_distances(mesh, sources, &ExactOptions::default(), &NoProgress).unwrap();
@@ -208,7 +208,7 @@ mod tests {
         });
         assert!(errors[0] < 0.03 && errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
         let grid = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::grid(40, 30)).unwrap());
-        let inside = SurfacePoint::Face { face: 1111, barycentric: [0.2, 0.3, 0.5] };
+        let inside = SurfacePoint::Face(FacePoint { face: 1111, barycentric: [0.2, 0.3, 0.5] });
         assert!(mean_error(&grid, &[inside]) < 0.03);
         assert!(mean_error(&grid, &[SurfacePoint::Vertex(0), inside]) < 0.03);
     }

@@ -11,7 +11,7 @@ use crate::error::GeodesicError;
 use crate::exact::Geodesics;
 use crate::pseudo_sources::Root;
 use crate::queries::Piece;
-use crate::sources::Place;
+use crate::sources::{Place, above, to_surface_point};
 use crate::unfolding::Layout;
 
 /// A root is where a vertex is if it misses it by less than this, relative to the lengths around.
@@ -93,7 +93,7 @@ impl Geodesics<'_> {
             let vertex = match reached {
                 Root::Source(number) => {
                     let Place::Face(source) = self.sources[number as usize] else { return Err(lost()) };
-                    push(&mut points, source.to_surface_point(self.mesh));
+                    push(&mut points, to_surface_point(self.mesh, source));
                     return Ok(Path { points, length, source: number as usize });
                 }
                 Root::Vertex(vertex) => vertex,
@@ -143,7 +143,7 @@ impl Geodesics<'_> {
             }
             Root::Source(number) => match self.sources[number as usize] {
                 Place::Face(source) => {
-                    source.face == halfedge / 3 && is_at(source.above(layout, halfedge % 3))
+                    source.face == halfedge / 3 && is_at(above(&source, layout, halfedge % 3))
                 }
                 Place::Vertex(_) => false,
             },

@@ -6,13 +6,14 @@
 
 use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::FacePoint;
 
 use crate::envelope::{cut_by_left_rival, cut_by_right_rival, cut_by_tail, cut_by_tip};
 use crate::error::GeodesicError;
 use crate::front::{Front, Task};
 use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Emission, FLAT_FACES, Root, cast, emit_windows};
-use crate::sources::FacePoint;
+use crate::sources::{above, bound};
 use crate::unfolding::Shapes;
 use crate::windows::{TIE, Window};
 
@@ -89,7 +90,7 @@ impl<'a> Wavefront<'a> {
         for side in 0..3 {
             let halfedge = 3 * point.face + side;
             let layout = self.shapes.layout(halfedge);
-            let [x, depth] = point.above(&layout, side);
+            let [x, depth] = above(&point, &layout, side);
             let apex = self.mesh.tail(self.mesh.previous(halfedge));
             let [ax, ay] = layout.apex;
             let (ahead, total) = (point.barycentric[(side as usize + 1) % 3], {
@@ -250,7 +251,7 @@ impl<'a> Wavefront<'a> {
 
     /// Lowers the bound to the largest distance of the targets, as far as known.
     fn tighten_bound(&mut self) {
-        let reach = |p: &FacePoint| p.bound(self.mesh, &self.distances);
+        let reach = |p: &FacePoint| bound(self.mesh, p, &self.distances);
         if let Some(farthest) = self.targets.iter().map(reach).max_by(f64::total_cmp) {
             self.bound = self.bound.min(farthest);
         }

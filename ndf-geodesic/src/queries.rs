@@ -1,12 +1,12 @@
 //! Distances at any point, from the windows that were kept.
 
 use ndf_intrinsic::NO_HALFEDGE;
-use ndf_mesh::SurfacePoint;
+use ndf_mesh::{FacePoint, SurfacePoint};
 
 use crate::error::GeodesicError;
 use crate::exact::Geodesics;
 use crate::pseudo_sources::Arrival;
-use crate::sources::{FacePoint, Place};
+use crate::sources::{Place, above, corner_distance, distance_in_face};
 use crate::unfolding::Layout;
 use crate::windows::{TIE, Window};
 
@@ -60,12 +60,12 @@ impl Geodesics<'_> {
         self.offer_sources(point, &mut nearest);
         for side in 0..3 {
             let corner = self.mesh.tail(3 * point.face + side);
-            let distance = self.distances[corner as usize] + point.corner_distance(self.mesh, side);
+            let distance = self.distances[corner as usize] + corner_distance(self.mesh, point, side);
             nearest.offer(distance, Piece::Vertex(corner));
         }
         for side in 0..3 {
             let halfedge = 3 * point.face + side;
-            let at = point.above(&Layout::of(self.mesh, halfedge), side);
+            let at = above(point, &Layout::of(self.mesh, halfedge), side);
             self.offer_windows(halfedge, at, &mut nearest);
         }
         nearest
@@ -93,9 +93,7 @@ impl Geodesics<'_> {
             }
         }
         let apex = mesh.previous(halfedge);
-        let mut barycentric = [0.0; 3];
-        barycentric[apex as usize % 3] = 1.0;
-        self.offer_sources(&FacePoint { face: halfedge / 3, barycentric }, &mut nearest);
+        self.offer_sources(&FacePoint::at_corner(apex), &mut nearest);
         self.offer_windows(halfedge, Layout::of(mesh, halfedge).apex, &mut nearest);
         nearest
     }
@@ -105,7 +103,7 @@ impl Geodesics<'_> {
             if let Place::Face(source) = source
                 && source.face == point.face
             {
-                nearest.offer(point.distance_in_face(self.mesh, source), Piece::Source(number as u32));
+                nearest.offer(distance_in_face(self.mesh, point, source), Piece::Source(number as u32));
             }
         }
     }

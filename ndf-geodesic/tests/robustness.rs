@@ -13,7 +13,7 @@ use ndf_geodesic::HeatSolver;
 use ndf_geodesic::{ExactOptions, GeodesicError, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::shapes;
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -48,11 +48,11 @@ fn a_finely_subdivided_cube_is_exact() {
     )
     .unwrap();
     let small = ManifoldMesh::try_from(small).unwrap();
-    let tree = ndf_mesh::TriangleTree::new(small.as_triangle_mesh());
+    let tree = ndf_mesh::TriangleTree::new(&small);
     let mut worst: f64 = 0.0;
     for (p, d) in cube.positions().iter().zip(&d) {
         let foot = tree.closest_point(*p, ndf_core::Hint::NONE).unwrap();
-        let point = SurfacePoint::Face { face: foot.face, barycentric: foot.barycentric };
+        let point = SurfacePoint::Face(foot.at);
         worst = worst.max((truth.distance_at(point).unwrap() - d).abs());
     }
     assert!(worst < 2e-14, "{worst:e}");
@@ -203,8 +203,8 @@ fn windows_that_start_where_they_end_are_no_windows() {
             SurfacePoint::Vertex(0),
             SurfacePoint::Vertex(middle),
             SurfacePoint::Edge { edge, t: 0.5 },
-            SurfacePoint::Face { face: 2 * quads, barycentric: [0.25, 0.25, 0.5] },
-            SurfacePoint::Face { face: 2 * quads + 1, barycentric: [0.5, 0.5, 0.0] },
+            SurfacePoint::Face(FacePoint { face: 2 * quads, barycentric: [0.25, 0.25, 0.5] }),
+            SurfacePoint::Face(FacePoint { face: 2 * quads + 1, barycentric: [0.5, 0.5, 0.0] }),
         ] {
             let geodesics =
                 exact_distances(&intrinsic, &[source], &ExactOptions::with_windows(), &NoProgress).unwrap();
@@ -258,8 +258,8 @@ fn edges_without_length_and_flat_faces_are_crossed() {
 #[test]
 fn coinciding_sources_are_one() {
     let mesh = intrinsic(&shapes::torus(20, 10, 1.0, 0.4));
-    let face = SurfacePoint::Face { face: 7, barycentric: [0.2, 0.5, 0.3] };
-    let corner = SurfacePoint::Face { face: 3, barycentric: [0.0, 1.0, 0.0] };
+    let face = SurfacePoint::Face(FacePoint { face: 7, barycentric: [0.2, 0.5, 0.3] });
+    let corner = SurfacePoint::Face(FacePoint { face: 3, barycentric: [0.0, 1.0, 0.0] });
     let at_corner = SurfacePoint::Vertex(mesh.tail(10));
     let run = |sources: &[SurfacePoint]| {
         exact_distances(&mesh, sources, &ExactOptions::default(), &NoProgress).unwrap().distances().to_vec()
@@ -278,7 +278,7 @@ fn coinciding_sources_are_one() {
         let mut barycentric = [0.0; 3];
         barycentric[h as usize % 3] = 1.0 - t;
         barycentric[(h as usize + 1) % 3] = t;
-        SurfacePoint::Face { face: h / 3, barycentric }
+        SurfacePoint::Face(FacePoint { face: h / 3, barycentric })
     };
     assert!(close(&run(&[on(h, 0.3)]), &run(&[on(twin, 0.7)])));
     assert!(close(&run(&[on(h, 0.3), on(twin, 0.7)]), &run(&[SurfacePoint::Edge { edge: 9, t: 0.3 }])));
@@ -299,14 +299,15 @@ fn other_components_are_unreached() {
     assert!(geodesics.distances()[n as usize..].iter().all(|d| *d == f64::INFINITY));
     let far = SurfacePoint::Vertex(n + 3);
     assert_eq!(geodesics.path_to(far).unwrap_err(), GeodesicError::Unreached { point: far });
-    let inside = SurfacePoint::Face { face: mesh.face_count() as u32 - 1, barycentric: [0.3, 0.3, 0.4] };
+    let inside =
+        SurfacePoint::Face(FacePoint { face: mesh.face_count() as u32 - 1, barycentric: [0.3, 0.3, 0.4] });
     assert_eq!(geodesics.distance_at(inside).unwrap(), f64::INFINITY);
 }
 
 #[test]
 fn radius_and_targets_stop_the_front_and_change_no_distance() {
     let mesh = intrinsic(&shapes::trefoil_knot(200, 16, 0.2));
-    let source = [SurfacePoint::Face { face: 100, barycentric: [0.3, 0.3, 0.4] }];
+    let source = [SurfacePoint::Face(FacePoint { face: 100, barycentric: [0.3, 0.3, 0.4] })];
     let full = exact_distances(&mesh, &source, &ExactOptions::with_windows(), &NoProgress).unwrap();
     for radius in [0.05, 0.7, 2.0] {
         let options = ExactOptions { radius, ..ExactOptions::default() };
@@ -319,7 +320,7 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
     for target in [
         SurfacePoint::Vertex(1234),
         SurfacePoint::Edge { edge: 777, t: 0.2 },
-        SurfacePoint::Face { face: 110, barycentric: [0.1, 0.1, 0.8] },
+        SurfacePoint::Face(FacePoint { face: 110, barycentric: [0.1, 0.1, 0.8] }),
         source[0],
     ] {
         let options = ExactOptions { targets: vec![target], ..ExactOptions::with_windows() };
@@ -345,18 +346,18 @@ fn bad_requests_are_errors() {
         SurfacePoint::Vertex(42),
         SurfacePoint::Edge { edge: 1000, t: 0.5 },
         SurfacePoint::Edge { edge: 0, t: 1.5 },
-        SurfacePoint::Face { face: 80, barycentric: [1.0, 0.0, 0.0] },
-        SurfacePoint::Face { face: 0, barycentric: [0.7, 0.7, 0.0] },
-        SurfacePoint::Face { face: 0, barycentric: [1.5, -0.5, 0.0] },
+        SurfacePoint::Face(FacePoint { face: 80, barycentric: [1.0, 0.0, 0.0] }),
+        SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.7, 0.7, 0.0] }),
+        SurfacePoint::Face(FacePoint { face: 0, barycentric: [1.5, -0.5, 0.0] }),
     ] {
         assert_eq!(run(&[point]), Some(GeodesicError::NotOnMesh { point }));
     }
-    let nan = SurfacePoint::Face { face: 0, barycentric: [f64::NAN, 0.5, 0.5] };
+    let nan = SurfacePoint::Face(FacePoint { face: 0, barycentric: [f64::NAN, 0.5, 0.5] });
     assert!(matches!(run(&[nan]), Some(GeodesicError::NotOnMesh { .. })));
     let bare =
         exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap();
     assert_eq!(bare.path_to(SurfacePoint::Vertex(3)).unwrap_err(), GeodesicError::WindowsNotKept);
-    let inside = SurfacePoint::Face { face: 0, barycentric: [0.5, 0.25, 0.25] };
+    let inside = SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.5, 0.25, 0.25] });
     assert_eq!(bare.distance_at(inside).unwrap_err(), GeodesicError::WindowsNotKept);
 }
 

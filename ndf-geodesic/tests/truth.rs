@@ -8,7 +8,7 @@ use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, Geodesics, exact_distances};
 use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
 use ndf_mesh::shapes;
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -29,7 +29,7 @@ fn random_point(mesh: &IntrinsicMesh, rng: &mut ChaCha8Rng) -> SurfacePoint {
         _ => {
             let (a, b): (f64, f64) = (rng.random(), rng.random());
             let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
-            SurfacePoint::Face { face, barycentric: [1.0 - a - b, a, b] }
+            SurfacePoint::Face(FacePoint { face, barycentric: [1.0 - a - b, a, b] })
         }
     }
 }
@@ -207,8 +207,8 @@ fn tetrahedron_unfolds() {
     for k in 0..50 {
         let ((f, s), (g, t)) =
             (random(if k % 2 == 0 { 0 } else { 3 }), random(if k % 3 == 0 { 0 } else { 3 }));
-        let source = SurfacePoint::Face { face: f, barycentric: s };
-        let to = SurfacePoint::Face { face: g, barycentric: t };
+        let source = SurfacePoint::Face(FacePoint { face: f, barycentric: s });
+        let to = SurfacePoint::Face(FacePoint { face: g, barycentric: t });
         let geodesics = run(&intrinsic, &[source]);
         let (from, at) = (planar(f, s), planar(g, t));
         let mut truth = f64::INFINITY;
@@ -307,7 +307,7 @@ fn flat_torus_by_images() {
                         truth = truth.min((s * a[0] + t * b[0]).hypot(s * a[1] + t * b[1]));
                     }
                 }
-                let point = SurfacePoint::Face { face, barycentric: [1.0 - x - y, x, y] };
+                let point = SurfacePoint::Face(FacePoint { face, barycentric: [1.0 - x - y, x, y] });
                 let d = geodesics.distance_at(point).unwrap();
                 assert!((d - truth).abs() < 1e-13, "{d} {truth}");
                 let path = geodesics.path_to(point).unwrap();

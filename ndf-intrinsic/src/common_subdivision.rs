@@ -4,8 +4,8 @@
 //! both are linear on it.
 
 use ndf_core::DVec3;
+use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
-use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::normal_coordinates::{Arcs, Region};
@@ -50,9 +50,8 @@ impl IntrinsicTriangulation<'_> {
     /// If there is not one value for every vertex of the input.
     pub fn sample_input_function(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.input().vertex_count());
-        let at_place = |place: FaceSample| {
-            let corners = self.input().faces()[place.face as usize];
-            (0..3).map(|c| place.barycentric[c] * values[corners[c] as usize]).sum()
+        let at_place = |place: FacePoint| {
+            place.interpolate(self.input().faces()[place.face as usize].map(|v| values[v as usize]))
         };
         let inserted = self.coordinates.places.iter().map(|&place| at_place(place));
         values.iter().copied().chain(inserted).collect()
@@ -72,9 +71,8 @@ impl CommonSubdivision {
     pub fn sample_input_function(&self, input: &ndf_mesh::ManifoldMesh, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), input.vertex_count());
         let value = |point: SurfacePoint| {
-            let (face, barycentric) = point.in_some_face(input);
-            let corners = input.faces()[face as usize];
-            (0..3).map(|c| barycentric[c] * values[corners[c] as usize]).sum()
+            let point = point.in_some_face(input);
+            point.interpolate(input.faces()[point.face as usize].map(|v| values[v as usize]))
         };
         self.points.iter().map(|p| value(p.input)).collect()
     }
@@ -96,9 +94,8 @@ impl CommonSubdivision {
                 let [a, b] = triangulation.mesh().edge_vertices(edge);
                 (1.0 - t) * values[a as usize] + t * values[b as usize]
             }
-            SurfacePoint::Face { face, barycentric } => {
-                let corners = triangulation.mesh().face_vertices(face);
-                (0..3).map(|c| barycentric[c] * values[corners[c] as usize]).sum()
+            SurfacePoint::Face(point) => {
+                point.interpolate(triangulation.mesh().face_vertices(point.face).map(|v| values[v as usize]))
             }
         };
         self.points.iter().map(|p| value(p.intrinsic)).collect()

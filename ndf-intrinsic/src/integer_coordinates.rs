@@ -4,8 +4,8 @@
 //! The operations here are told where new vertices go and how long new edges are; they never look at a length,
 //! so that the metric may be another than the input's (Gillespie, Sharp and Crane 2021).
 
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::normal_coordinates::{Arcs, COINCIDENT, Region, flipped};
@@ -23,7 +23,7 @@ pub struct IntegerCoordinates<'m> {
     /// Normal coordinate of every edge.
     pub(crate) normal: Vec<i32>,
     /// Where every inserted vertex lies.
-    pub(crate) places: Vec<FaceSample>,
+    pub(crate) places: Vec<FacePoint>,
     fans: CurveFans,
 }
 
@@ -102,7 +102,7 @@ impl<'m> IntegerCoordinates<'m> {
     }
 
     /// Where an inserted vertex lies on the input; `None` for the input's own.
-    pub fn inserted_place(&self, vertex: u32) -> Option<FaceSample> {
+    pub fn inserted_place(&self, vertex: u32) -> Option<FacePoint> {
         let inserted = (vertex as usize).checked_sub(self.input.vertex_count())?;
         Some(self.places[inserted])
     }
@@ -178,7 +178,7 @@ impl<'m> IntegerCoordinates<'m> {
         &mut self,
         face: u32,
         region: &Region,
-        place: FaceSample,
+        place: FacePoint,
         lengths: [f64; 3],
     ) -> u32 {
         let roundabouts =
@@ -203,7 +203,7 @@ impl<'m> IntegerCoordinates<'m> {
         &mut self,
         halfedge: u32,
         segment: i32,
-        place: FaceSample,
+        place: FacePoint,
         lengths: [f64; 4],
     ) -> u32 {
         let (h, t) = (halfedge, self.mesh.complex.twin(halfedge));

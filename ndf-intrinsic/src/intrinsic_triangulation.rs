@@ -1,6 +1,6 @@
 //! An intrinsic triangulation of a mesh: other triangles, the same surface.
 
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
 use crate::delaunay::Quad;
@@ -113,11 +113,11 @@ impl<'m> IntrinsicTriangulation<'m> {
     }
 
     /// A point of an input face said by the smallest element, without any rounding.
-    pub(crate) fn surface_point(&self, place: FaceSample) -> SurfacePoint {
+    pub(crate) fn surface_point(&self, place: FacePoint) -> SurfacePoint {
         if place.barycentric.iter().all(|&b| b > 0.0) {
-            return SurfacePoint::Face { face: place.face, barycentric: place.barycentric };
+            return SurfacePoint::Face(place);
         }
-        SurfacePoint::snapped(self.input(), place.face, place.barycentric, 0.0)
+        SurfacePoint::snapped(self.input(), place, 0.0)
     }
 
     /// Replaces an edge by the other diagonal of its quad. O(1).
@@ -147,7 +147,7 @@ impl<'m> IntrinsicTriangulation<'m> {
         match point {
             SurfacePoint::Vertex(v) => Err(InsertError::IsVertex(v)),
             SurfacePoint::Edge { edge, t } => self.split_edge(edge, t),
-            SurfacePoint::Face { face, barycentric } => self.insert_in_face(face, barycentric),
+            SurfacePoint::Face(point) => self.insert_in_face(point),
         }
     }
 
@@ -159,13 +159,14 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn insert_in_face(&mut self, face: u32, barycentric: [f64; 3]) -> Result<u32, InsertError> {
+    pub fn insert_in_face(&mut self, point: FacePoint) -> Result<u32, InsertError> {
+        let FacePoint { face, barycentric } = point;
         let sum: f64 = barycentric.iter().sum();
         if !barycentric.iter().all(|&b| b > 0.0) || !sum.is_finite() {
             return Err(InsertError::NotInside);
         }
         let barycentric = barycentric.map(|b| b / sum);
-        let Located { region, place } = self.locate(face, barycentric);
+        let Located { region, place } = self.locate(FacePoint { face, barycentric });
         let sides = self.mesh().sides(face);
         let lengths = [0, 1, 2].map(|c| {
             let mut d = barycentric;

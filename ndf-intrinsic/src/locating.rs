@@ -1,7 +1,6 @@
 //! From points of the intrinsic triangulation to points of the input.
 
-use ndf_mesh::SurfacePoint;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::{FacePoint, SurfacePoint};
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::normal_coordinates::{Arcs, Region};
@@ -16,7 +15,7 @@ pub(crate) struct Located {
     /// Where it lies among the curves.
     pub(crate) region: Region,
     /// Where it lies on the input.
-    pub(crate) place: FaceSample,
+    pub(crate) place: FacePoint,
 }
 
 impl IntrinsicTriangulation<'_> {
@@ -31,14 +30,12 @@ impl IntrinsicTriangulation<'_> {
                 let (_, place) = self.locate_on_halfedge(self.mesh().edge_halfedge(edge), t.clamp(0.0, 1.0));
                 self.surface_point(place)
             }
-            SurfacePoint::Face { face, barycentric } => {
-                self.surface_point(self.locate(face, barycentric).place)
-            }
+            SurfacePoint::Face(point) => self.surface_point(self.locate(point).place),
         }
     }
 
     /// Where the point at parameter `t` of a half-edge lies: after how many crossings, and in which input face.
-    pub(crate) fn locate_on_halfedge(&self, halfedge: u32, t: f64) -> (i32, FaceSample) {
+    pub(crate) fn locate_on_halfedge(&self, halfedge: u32, t: f64) -> (i32, FacePoint) {
         let strip = self.strip_of(halfedge);
         let segment = (0..strip.crossings()).take_while(|&q| strip.crossing(q).along < t).count();
         (segment as i32, place_in_frame(&strip.frames[segment], strip.point(t)))
@@ -51,8 +48,8 @@ impl IntrinsicTriangulation<'_> {
     }
 
     /// Where a point of a face lies among the curves and on the input.
-    pub(crate) fn locate(&self, face: u32, barycentric: [f64; 3]) -> Located {
-        FaceLayout::of(self, face).locate(barycentric)
+    pub(crate) fn locate(&self, point: FacePoint) -> Located {
+        FaceLayout::of(self, point.face).locate(point.barycentric)
     }
 }
 
@@ -154,12 +151,12 @@ fn first(end: i32, holds: impl Fn(i32) -> bool) -> i32 {
 }
 
 /// A point of the plane as one of a face laid out there.
-pub(crate) fn place_in_frame(frame: &Frame, point: Point) -> FaceSample {
+pub(crate) fn place_in_frame(frame: &Frame, point: Point) -> FacePoint {
     let weights = barycentric_clamped(frame.corners, point);
     let first = frame.halfedge as usize % 3;
     let mut barycentric = [0.0; 3];
     for (c, w) in weights.into_iter().enumerate() {
         barycentric[(first + c) % 3] = w;
     }
-    FaceSample { face: frame.halfedge / 3, barycentric }
+    FacePoint { face: frame.halfedge / 3, barycentric }
 }

@@ -4,8 +4,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
-use ndf_mesh::sampling::FaceSample;
 
 use crate::delaunay::{EdgeQueue, flip_to_delaunay};
 use crate::intrinsic_mesh::IntrinsicMesh;
@@ -230,10 +230,10 @@ impl Refinement<'_, '_> {
     }
 
     /// A point of a face, or of the edge it is all but on; `None` at a vertex.
-    fn snapped(&self, place: FaceSample) -> Option<SurfacePoint> {
+    fn snapped(&self, place: FacePoint) -> Option<SurfacePoint> {
         let small = place.barycentric.map(|b| b < ON_EDGE);
         match small.iter().filter(|&&s| s).count() {
-            0 => Some(SurfacePoint::Face { face: place.face, barycentric: place.barycentric }),
+            0 => Some(SurfacePoint::Face(place)),
             1 => {
                 let c = small.iter().position(|&s| s).expect("one is small");
                 let (a, b) = ((c + 1) % 3, (c + 2) % 3);

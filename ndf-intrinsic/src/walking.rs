@@ -1,7 +1,7 @@
 //! Straight walks over an intrinsic mesh, and by them the way from the input to the intrinsic triangulation.
 
+use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
-use ndf_mesh::sampling::FaceSample;
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
@@ -17,9 +17,9 @@ const MOST_FACES: usize = 100_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum WalkEnd {
     /// At its target.
-    Inside(FaceSample),
+    Inside(FacePoint),
     /// At this boundary edge; the point is the one of its face that is nearest to the target, nearly.
-    Boundary(u32, FaceSample),
+    Boundary(u32, FacePoint),
     /// Nowhere: the walk is too long.
     Lost,
 }
@@ -62,7 +62,7 @@ impl IntrinsicTriangulation<'_> {
         if let SurfacePoint::Vertex(_) = point {
             return point;
         }
-        let (face, barycentric) = point.in_some_face(self.input());
+        let FacePoint { face, barycentric } = point.in_some_face(self.input());
         let nearest = (0..3).max_by(|&a, &b| barycentric[a].total_cmp(&barycentric[b])).unwrap_or(0);
         let along = 3 * face + nearest as u32;
         let turned = [0, 1, 2].map(|c| barycentric[(nearest + c) % 3]);
@@ -89,9 +89,7 @@ impl IntrinsicTriangulation<'_> {
         let target = [distance * angle.cos(), distance * angle.sin()];
         match walk(mesh, Frame::first(mesh, h), [0.0; 2], target) {
             // The target lies on the boundary at most: beyond it only by rounding.
-            WalkEnd::Inside(place) | WalkEnd::Boundary(_, place) => {
-                SurfacePoint::Face { face: place.face, barycentric: place.barycentric }
-            }
+            WalkEnd::Inside(place) | WalkEnd::Boundary(_, place) => SurfacePoint::Face(place),
             WalkEnd::Lost => SurfacePoint::Vertex(self.input().tail(along)),
         }
     }

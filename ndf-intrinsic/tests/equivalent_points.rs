@@ -5,7 +5,7 @@ mod common;
 
 use common::{random_edits, random_meshes, random_point, rng};
 use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
-use ndf_mesh::SurfacePoint;
+use ndf_mesh::{FacePoint, SurfacePoint};
 use rand::RngExt;
 
 #[test]
@@ -19,7 +19,8 @@ fn walks_by_angle_and_integers_agree() {
             for _ in 0..50 {
                 let face = rng.random_range(0..mesh.face_count() as u32);
                 let w: [f64; 3] = [0, 1, 2].map(|_| rng.random_range(0.05..1.0));
-                let point = SurfacePoint::Face { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) };
+                let point =
+                    SurfacePoint::Face(FacePoint { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) });
                 let there = triangulation.to_intrinsic(point);
                 let back = triangulation.to_input(there);
                 let error = back.position(&mesh).distance(point.position(&mesh));
@@ -44,13 +45,14 @@ fn inserted_vertices_are_where_walks_find_them() {
         let size = mesh.bounds().diagonal();
         for v in mesh.vertex_count() as u32..triangulation.mesh().vertex_count() as u32 {
             let location = triangulation.location(v);
-            let SurfacePoint::Face { face, barycentric } = triangulation.to_intrinsic(location) else {
+            let SurfacePoint::Face(FacePoint { face, barycentric }) = triangulation.to_intrinsic(location)
+            else {
                 continue;
             };
             // The walk ends in a face at the vertex, all but at its corner.
             let corners = triangulation.mesh().face_vertices(face);
             let near = (0..3).find(|&c| barycentric[c] > 1.0 - 1e-5).map(|c| corners[c]);
-            let found = triangulation.to_input(SurfacePoint::Face { face, barycentric });
+            let found = triangulation.to_input(SurfacePoint::Face(FacePoint { face, barycentric }));
             let error = found.position(&mesh).distance(location.position(&mesh));
             assert!(near == Some(v) || error < 1e-8 * size, "{name}: vertex {v} at {near:?}, off by {error}");
         }

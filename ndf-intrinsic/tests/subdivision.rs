@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use common::{random_edits, random_meshes, rng};
 use ndf_core::DVec3;
 use ndf_intrinsic::{CommonSubdivision, IntrinsicTriangulation, RefinementOptions};
-use ndf_mesh::{ManifoldMesh, SurfacePoint};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint};
 
 fn area(p: [DVec3; 3]) -> f64 {
     0.5 * (p[1] - p[0]).cross(p[2] - p[0]).length()
@@ -24,7 +24,7 @@ fn assert_subdivides(input: &ManifoldMesh, subdivision: &CommonSubdivision) {
         for c in 0..3 {
             *sides.entry((face[c], face[(c + 1) % 3])).or_insert(0) += 1;
         }
-        let normal = input.as_triangle_mesh().face_normal(subdivision.input_faces[f]);
+        let normal = input.face_normal(subdivision.input_faces[f]);
         let corner = input.corner_positions(subdivision.input_faces[f])[0];
         for v in face {
             assert!(
@@ -34,7 +34,7 @@ fn assert_subdivides(input: &ManifoldMesh, subdivision: &CommonSubdivision) {
         }
     }
     assert!(sides.values().all(|&n| n >= 1));
-    let expected = input.as_triangle_mesh().area();
+    let expected = input.area();
     assert!((total - expected).abs() <= 1e-10 * expected, "area {total} of {expected}");
 }
 
@@ -78,7 +78,7 @@ fn a_subdivision_is_a_snapshot() {
     let (_, mesh) = random_meshes(1).swap_remove(0);
     let mut triangulation = IntrinsicTriangulation::new(&mesh);
     let before = triangulation.common_subdivision();
-    triangulation.insert(SurfacePoint::Face { face: 0, barycentric: [0.2, 0.3, 0.5] }).unwrap();
+    triangulation.insert(SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.2, 0.3, 0.5] })).unwrap();
     let after = triangulation.common_subdivision();
     assert_eq!(before.points.len() + 1, after.points.len());
     assert_subdivides(&mesh, &before);

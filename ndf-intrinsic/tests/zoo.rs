@@ -9,7 +9,7 @@ use ndf_intrinsic::{
     extract,
 };
 use ndf_mesh::shapes;
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
 use ndf_model::DisplacementField;
 use ndf_model::FieldShape;
 use rand::RngExt;
@@ -41,7 +41,7 @@ fn survives(mesh: &ManifoldMesh, refine: bool) {
             0.5 * (b - a).cross(c - a).length()
         })
         .sum();
-    let expected = mesh.as_triangle_mesh().area();
+    let expected = mesh.area();
     assert!((total - expected).abs() <= 1e-9 * expected, "{total} of {expected}; {done}");
 }
 
@@ -154,7 +154,7 @@ fn self_edges_come_about_and_insertions_beside_them_are_exact() {
         }
         met += 1;
         for face in 0..4 {
-            triangulation.insert_in_face(face, [0.3, 0.3, 0.4]).unwrap();
+            triangulation.insert_in_face(FacePoint { face, barycentric: [0.3, 0.3, 0.4] }).unwrap();
         }
         for e in 0..6 {
             triangulation.split_edge(e, 0.4).unwrap();
@@ -216,12 +216,20 @@ fn what_cannot_be_done_is_an_error() {
     let boundary = (0..mesh.edge_count() as u32).find(|&e| triangulation.mesh().is_boundary_edge(e)).unwrap();
     assert_eq!(triangulation.flip(boundary), Err(FlipError::NotTwoFaces(boundary)));
     assert_eq!(triangulation.insert(SurfacePoint::Vertex(1)), Err(InsertError::IsVertex(1)));
-    assert_eq!(triangulation.insert_in_face(0, [0.5, 0.5, 0.0]), Err(InsertError::NotInside));
-    assert_eq!(triangulation.insert_in_face(0, [0.5, f64::NAN, 0.5]), Err(InsertError::NotInside));
+    assert_eq!(
+        triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.5, 0.5, 0.0] }),
+        Err(InsertError::NotInside)
+    );
+    assert_eq!(
+        triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.5, f64::NAN, 0.5] }),
+        Err(InsertError::NotInside)
+    );
     assert_eq!(triangulation.split_edge(0, 1.0), Err(InsertError::NotInside));
     let before = triangulation.mesh().vertex_count();
-    let v = triangulation.insert_in_face(0, [0.2, 0.3, 0.5]).unwrap();
-    triangulation.move_vertex(v, SurfacePoint::Face { face: 5, barycentric: [0.3, 0.3, 0.4] }).unwrap();
+    let v = triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.2, 0.3, 0.5] }).unwrap();
+    triangulation
+        .move_vertex(v, SurfacePoint::Face(FacePoint { face: 5, barycentric: [0.3, 0.3, 0.4] }))
+        .unwrap();
     assert_sound(&triangulation);
     triangulation.remove(v).unwrap();
     assert_eq!(triangulation.mesh().vertex_count(), before);

@@ -2,6 +2,7 @@
 //! ([`ManifoldMesh`]); their files ([`io`]), [closest points and rays](triangle_tree), [sampling], [quality] and
 //! [distances](metrics).
 
+mod face_point;
 pub mod hierarchy;
 pub mod io;
 mod manifold;
@@ -15,6 +16,7 @@ mod triangle_mesh;
 pub mod triangle_tree;
 mod validation;
 
+pub use face_point::FacePoint;
 pub use manifold::{ManifoldMesh, NO_HALFEDGE, NotManifold};
 pub use surface_point::SurfacePoint;
 pub use triangle_mesh::{FaceIndexOutOfRange, TriangleMesh};

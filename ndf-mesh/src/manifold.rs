@@ -3,11 +3,12 @@
 //! Half-edges are implicit: half-edge `3 f + c` runs from corner `c` of face `f` to the next corner. Only
 //! twins, an edge numbering and one half-edge a vertex are stored, 32 bits each.
 
+use std::ops::Deref;
+
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
 use super::{TriangleMesh, ValidationReport};
-use ndf_core::BoundingBox;
 
 /// Stands for the missing twin of a half-edge on the boundary.
 pub const NO_HALFEDGE: u32 = u32::MAX;
@@ -50,6 +51,15 @@ impl TryFrom<TriangleMesh> for ManifoldMesh {
             return Err(NotManifold(Box::new(report)));
         }
         Ok(Self::build(mesh))
+    }
+}
+
+/// Positions and faces, with everything that needs no topology.
+impl Deref for ManifoldMesh {
+    type Target = TriangleMesh;
+
+    fn deref(&self) -> &TriangleMesh {
+        &self.mesh
     }
 }
 
@@ -141,34 +151,9 @@ impl ManifoldMesh {
         corners == Some(self.halfedge_count())
     }
 
-    /// The mesh without its topology.
-    pub fn as_triangle_mesh(&self) -> &TriangleMesh {
-        &self.mesh
-    }
-
     /// The mesh without its topology, given away.
     pub fn into_triangle_mesh(self) -> TriangleMesh {
         self.mesh
-    }
-
-    /// Vertex positions.
-    pub fn positions(&self) -> &[DVec3] {
-        self.mesh.positions()
-    }
-
-    /// Corner indices of every face.
-    pub fn faces(&self) -> &[[u32; 3]] {
-        self.mesh.faces()
-    }
-
-    /// Number of vertices.
-    pub fn vertex_count(&self) -> usize {
-        self.mesh.vertex_count()
-    }
-
-    /// Number of faces.
-    pub fn face_count(&self) -> usize {
-        self.mesh.face_count()
     }
 
     /// Number of edges.
@@ -189,19 +174,6 @@ impl ManifoldMesh {
     /// V − E + F.
     pub fn euler_characteristic(&self) -> i64 {
         self.vertex_count() as i64 - self.edge_count() as i64 + self.face_count() as i64
-    }
-
-    /// Positions of the corners of a face.
-    ///
-    /// # Panics
-    /// If the face does not exist.
-    pub fn corner_positions(&self, face: u32) -> [DVec3; 3] {
-        self.mesh.corner_positions(face)
-    }
-
-    /// Smallest box around all vertices.
-    pub fn bounds(&self) -> BoundingBox {
-        self.mesh.bounds()
     }
 
     /// The half-edge along the same edge in the other face, or `None` on the boundary.

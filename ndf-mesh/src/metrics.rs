@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use crate::sampling::{AreaSampler, FaceSample};
+use crate::FacePoint;
+use crate::sampling::AreaSampler;
 use crate::{TriangleMesh, TriangleTree};
 use ndf_core::{DVec3, Hint};
 
@@ -146,9 +147,9 @@ impl Sums {
     }
 }
 
-fn one_sided(from: &TriangleMesh, samples: &[FaceSample], to: &TriangleMesh) -> Sums {
+fn one_sided(from: &TriangleMesh, samples: &[FacePoint], to: &TriangleMesh) -> Sums {
     let tree = TriangleTree::new(to);
-    let of_samples = |samples: &[FaceSample]| {
+    let of_samples = |samples: &[FacePoint]| {
         let mut sums = Sums::default();
         // Samples come ordered by face, so the last answer is a good hint.
         let mut hint = Hint::NONE;
@@ -158,7 +159,7 @@ fn one_sided(from: &TriangleMesh, samples: &[FaceSample], to: &TriangleMesh) -> 
             sums.distance += closest.distance_squared.sqrt();
             sums.distance_squared += closest.distance_squared;
             sums.max_squared = sums.max_squared.max(closest.distance_squared);
-            let (n, m) = (from.face_normal(sample.face), to.face_normal(closest.face));
+            let (n, m) = (from.face_normal(sample.face), to.face_normal(closest.at.face));
             if n != DVec3::ZERO && m != DVec3::ZERO {
                 // Unlike the arc cosine, exact also for small angles.
                 sums.angle_sum += n.cross(m).length().atan2(n.dot(m));

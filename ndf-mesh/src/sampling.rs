@@ -4,28 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::{ManifoldMesh, TriangleMesh};
-use ndf_core::DVec3;
-
-/// A point inside a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaceSample {
-    /// The face.
-    pub face: u32,
-    /// Barycentric coordinates; they sum to 1.
-    pub barycentric: [f64; 3],
-}
-
-impl FaceSample {
-    /// Position of the sample on its mesh.
-    ///
-    /// # Panics
-    /// If the face does not exist.
-    pub fn position(&self, mesh: &TriangleMesh) -> DVec3 {
-        let [a, b, c] = mesh.corner_positions(self.face);
-        a * self.barycentric[0] + b * self.barycentric[1] + c * self.barycentric[2]
-    }
-}
+use crate::{FacePoint, TriangleMesh};
 
 /// Draws points uniformly by area, stratified: the unit interval of cumulated area is cut into as many equal
 /// strata as points are drawn, one point in each. Uniform like independent draws, with less variance; and the
@@ -49,18 +28,13 @@ impl AreaSampler {
         (total.is_finite() && total > 0.0).then_some(Self { cumulated })
     }
 
-    /// A sampler of a manifold mesh.
-    pub fn of_manifold(mesh: &ManifoldMesh) -> Option<Self> {
-        Self::new(mesh.as_triangle_mesh())
-    }
-
     /// Total area.
     pub fn area(&self) -> f64 {
         self.cumulated.last().copied().unwrap_or(0.0)
     }
 
     /// `count` points, a function of `(seed, stream)` alone. O(count + faces).
-    pub fn sample(&self, count: usize, seed: u64, stream: u64) -> Vec<FaceSample> {
+    pub fn sample(&self, count: usize, seed: u64, stream: u64) -> Vec<FacePoint> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
         let stratum = self.area() / count as f64;
@@ -73,7 +47,7 @@ impl AreaSampler {
                 }
                 // Uniform in the triangle (Osada et al. 2002).
                 let (r, t) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
-                FaceSample { face: face as u32, barycentric: [1.0 - r, r * (1.0 - t), r * t] }
+                FacePoint { face: face as u32, barycentric: [1.0 - r, r * (1.0 - t), r * t] }
             })
             .collect()
     }
@@ -83,6 +57,7 @@ impl AreaSampler {
 mod tests {
     use super::*;
     use crate::shapes;
+    use ndf_core::DVec3;
 
     #[test]
     fn shares_follow_areas() {

@@ -1,6 +1,6 @@
 //! A point on a triangle mesh, said by the smallest element that contains it.
 
-use crate::ManifoldMesh;
+use crate::{FacePoint, ManifoldMesh};
 use ndf_core::DVec3;
 
 /// A point on a mesh: a vertex, a point inside an edge, or a point inside a face.
@@ -19,13 +19,8 @@ pub enum SurfacePoint {
         /// Parameter along the edge, in `[0, 1]`.
         t: f64,
     },
-    /// The point `Σ bᵢ vᵢ` of a face.
-    Face {
-        /// Face index.
-        face: u32,
-        /// Barycentric coordinates; they sum to 1.
-        barycentric: [f64; 3],
-    },
+    /// A point of a face.
+    Face(FacePoint),
 }
 
 impl SurfacePoint {
@@ -40,38 +35,30 @@ impl SurfacePoint {
                 let [a, b] = mesh.edge_vertices(edge);
                 mesh.positions()[a as usize].lerp(mesh.positions()[b as usize], t)
             }
-            Self::Face { face, barycentric } => {
-                let [a, b, c] = mesh.corner_positions(face);
-                a * barycentric[0] + b * barycentric[1] + c * barycentric[2]
-            }
+            Self::Face(point) => point.position(mesh),
         }
     }
 
-    /// The same point as barycentric coordinates in a face that contains it.
+    /// The same point in a face that contains it.
     ///
     /// # Panics
     /// If the element does not exist in `mesh`.
-    pub fn in_some_face(&self, mesh: &ManifoldMesh) -> (u32, [f64; 3]) {
-        let at_corner = |halfedge: u32, along: f64| {
-            let mut barycentric = [0.0; 3];
-            barycentric[halfedge as usize % 3] = 1.0 - along;
-            barycentric[(halfedge as usize + 1) % 3] = along;
-            (halfedge / 3, barycentric)
-        };
+    pub fn in_some_face(&self, mesh: &ManifoldMesh) -> FacePoint {
         match *self {
-            Self::Vertex(v) => at_corner(mesh.vertex_halfedge(v), 0.0),
-            Self::Edge { edge, t } => at_corner(mesh.edge_halfedge(edge), t),
-            Self::Face { face, barycentric } => (face, barycentric),
+            Self::Vertex(v) => FacePoint::at_corner(mesh.vertex_halfedge(v)),
+            Self::Edge { edge, t } => FacePoint::on_halfedge(mesh.edge_halfedge(edge), t),
+            Self::Face(point) => point,
         }
     }
 
-    /// The point of `face` with these barycentric coordinates, said by the smallest element: coordinates
-    /// within `tolerance` of 0 are taken as 0.
+    /// A point of a face, said by the smallest element: barycentric coordinates within `tolerance` of 0 are taken
+    /// as 0.
     ///
     /// # Panics
-    /// If `face` does not exist in `mesh`.
-    pub fn snapped(mesh: &ManifoldMesh, face: u32, barycentric: [f64; 3], tolerance: f64) -> Self {
-        let clamped = barycentric.map(|b| if b <= tolerance { 0.0 } else { b });
+    /// If the face does not exist in `mesh`.
+    pub fn snapped(mesh: &ManifoldMesh, point: FacePoint, tolerance: f64) -> Self {
+        let face = point.face;
+        let clamped = point.barycentric.map(|b| if b <= tolerance { 0.0 } else { b });
         let sum: f64 = clamped.iter().sum();
         let b = clamped.map(|x| x / sum);
         match [b[0] > 0.0, b[1] > 0.0, b[2] > 0.0] {
@@ -81,7 +68,7 @@ impl SurfacePoint {
             [true, true, false] => Self::on_halfedge(mesh, 3 * face, b[1]),
             [false, true, true] => Self::on_halfedge(mesh, 3 * face + 1, b[2]),
             [true, false, true] => Self::on_halfedge(mesh, 3 * face + 2, b[0]),
-            _ => Self::Face { face, barycentric: b },
+            _ => Self::Face(FacePoint { face, barycentric: b }),
         }
     }
 
@@ -105,10 +92,9 @@ mod tests {
             for b in [[0.2, 0.3, 0.5], [0.0, 0.4, 0.6], [0.7, 0.0, 0.3], [0.1, 0.9, 0.0], [0.0, 0.0, 1.0]] {
                 let [p, q, r] = mesh.corner_positions(face);
                 let truth = p * b[0] + q * b[1] + r * b[2];
-                let point = SurfacePoint::snapped(&mesh, face, b, 1e-12);
+                let point = SurfacePoint::snapped(&mesh, FacePoint { face, barycentric: b }, 1e-12);
                 assert_abs_diff_eq!((point.position(&mesh) - truth).length(), 0.0, epsilon = 1e-15);
-                let (f, c) = point.in_some_face(&mesh);
-                let again = SurfacePoint::Face { face: f, barycentric: c };
+                let again = point.in_some_face(&mesh);
                 assert_abs_diff_eq!((again.position(&mesh) - truth).length(), 0.0, epsilon = 1e-15);
             }
         }

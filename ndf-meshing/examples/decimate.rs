@@ -36,16 +36,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let angles = triangle_shape::smallest_angles(&base.mesh);
     let degrees = |share: f64| angles[(share * (angles.len() - 1) as f64) as usize].to_degrees();
     println!("{:#?}", base.report);
-    println!(
-        "was χ = {}, now {}",
-        mesh.euler_characteristic(),
-        ValidationReport::of(base.mesh.as_triangle_mesh())
-    );
+    println!("was χ = {}, now {}", mesh.euler_characteristic(), ValidationReport::of(&base.mesh));
     println!(
         "smallest angles: least {:.2}°, 1 % {:.2}°, median {:.2}°",
         degrees(0.0),
         degrees(0.01),
         degrees(0.5)
     );
-    Ok(write_mesh(output, base.mesh.as_triangle_mesh(), &[])?)
+    Ok(write_mesh(output, &base.mesh, &[])?)
 }

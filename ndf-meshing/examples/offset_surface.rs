@@ -71,5 +71,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     let begin = Instant::now();
     let base = base_mesh(&surface, &options, &NoProgress)?;
     println!("{:.3} s\n{:#?}", begin.elapsed().as_secs_f64(), base.report);
-    Ok(write_mesh(output, base.mesh.as_triangle_mesh(), &[])?)
+    Ok(write_mesh(output, &base.mesh, &[])?)
 }

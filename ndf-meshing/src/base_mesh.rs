@@ -211,14 +211,14 @@ mod tests {
         let surfaces: [(&dyn Surface, i64); 2] = [(&Sphere(2.0), 2), (&torus, 0)];
         for (surface, euler) in surfaces {
             let base = base_mesh(surface, &options(800, 64), &NoProgress).unwrap();
-            let report = ValidationReport::of(base.mesh.as_triangle_mesh());
+            let report = ValidationReport::of(&base.mesh);
             assert_eq!((report.faces, report.euler_characteristic, report.components), (800, euler, 1));
             assert!(report.is_closed() && report.degenerate_faces.count == 0);
             assert!(base.report.reached && base.report.components_dropped == 0);
             assert!(base.report.smallest_angle.to_degrees() > 10.0, "{:?}", base.report);
             let [before, after] = base.report.distance.unwrap();
             assert!(after <= before && after < 0.01, "{:?}", base.report);
-            assert!(base.mesh.as_triangle_mesh().signed_volume() > 0.0);
+            assert!(base.mesh.signed_volume() > 0.0);
         }
     }
 
@@ -278,7 +278,7 @@ mod tests {
         assert!(after <= before);
         let plate = ManifoldMesh::try_from(shapes::grid(20, 20)).unwrap();
         let base = base_mesh_of_manifold(&plate, None, &options(50, 1), &NoProgress).unwrap();
-        assert!(base.report.reached && (base.mesh.as_triangle_mesh().area() - 1.0).abs() < 1e-9);
+        assert!(base.report.reached && (base.mesh.area() - 1.0).abs() < 1e-9);
     }
 
     #[test]

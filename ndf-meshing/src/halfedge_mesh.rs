@@ -356,10 +356,10 @@ mod tests {
                 assert_eq!((mesh.tail(h), mesh.tip(h)), (tail, m));
                 check(&mesh);
             }
-            let area = manifold.as_triangle_mesh().area();
+            let area = manifold.area();
             let split = mesh.into_manifold();
             assert_eq!(split.euler_characteristic(), manifold.euler_characteristic());
-            assert!((split.as_triangle_mesh().area() - area).abs() < 1e-9);
+            assert!((split.area() - area).abs() < 1e-9);
         }
     }
 

@@ -59,7 +59,7 @@ pub fn remesh_isotropically(
     progress: &dyn Progress,
 ) -> Result<ManifoldMesh, IsotropicError> {
     let length = options.edge_length;
-    let expected = mesh.as_triangle_mesh().area() / (0.25 * 3.0_f64.sqrt() * length * length);
+    let expected = mesh.area() / (0.25 * 3.0_f64.sqrt() * length * length);
     if !length.is_finite() || length <= 0.0 || expected > MOST_FACES {
         return Err(IsotropicError::EdgeLength(length));
     }
@@ -238,7 +238,7 @@ mod tests {
         ];
         for (shape, surface, length) in cases {
             let [before, after] = remeshed(shape, surface, length);
-            let report = ValidationReport::of(after.as_triangle_mesh());
+            let report = ValidationReport::of(&after);
             assert_eq!(before.euler_characteristic(), report.euler_characteristic);
             assert_eq!(report.degenerate_faces.count, 0);
             let edges = 0..after.edge_count() as u32;
@@ -260,7 +260,7 @@ mod tests {
         let off = sphere.positions().iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
         assert!(off < 0.02, "{off}");
         let [_, grid] = remeshed(shapes::grid(7, 3), None, 0.05);
-        assert!((grid.as_triangle_mesh().area() - 1.0).abs() < 1e-9);
+        assert!((grid.area() - 1.0).abs() < 1e-9);
     }
 
     #[test]

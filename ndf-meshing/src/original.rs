@@ -13,7 +13,6 @@ pub(crate) struct OriginalMesh {
 
 impl OriginalMesh {
     pub(crate) fn new(mesh: &ManifoldMesh) -> Self {
-        let mesh = mesh.as_triangle_mesh();
         let normals = (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect();
         Self { tree: TriangleTree::new(mesh), normals }
     }
@@ -36,7 +35,7 @@ impl Surface for OriginalMesh {
             let closest = closest.or_else(|| self.tree.closest_point(query.point, query.hint));
             *foot = closest.ok_or(Miss::OutOfReach).map(|c| Foot {
                 point: c.point,
-                normal: self.normals[c.face as usize],
+                normal: self.normals[c.at.face as usize],
                 hint: c.hint(),
             });
         }

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let parameters = mlp.parameters().to_vec();
     let network = IntrinsicNetwork::new(base.vertex_count(), shape, passes, features, parameters)?;
 
-    let points = AreaSampler::of_manifold(&base).ok_or("the torus has an area")?.sample(1000, 0, 0);
+    let points = AreaSampler::new(&base).ok_or("the torus has an area")?.sample(1000, 0, 0);
     let values = network.evaluate(&base, &points);
     for bits in [4, 8, 12] {
         let rounded = network.rounded(Precision::of_bits(bits)).evaluate(&base, &points);

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape, Part, Passes};
 use ndf_core::DVec3;
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::FaceSample;
 use ndf_network::{Mlp, MlpShape};
 
 /// The sizes of a field's parts.
@@ -150,7 +150,7 @@ impl DisplacementField {
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.
-    pub fn map(&self, points: &[FaceSample]) -> Vec<DVec3> {
+    pub fn map(&self, points: &[FacePoint]) -> Vec<DVec3> {
         let mut mapped = vec![DVec3::ZERO; points.len()];
         self.network.evaluate_into(&self.base, points, &[], &mut mapped, 1, |_, point, row, to| {
             to[0] = self.origin(point) + vector(row);
@@ -162,9 +162,9 @@ impl DisplacementField {
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.
-    pub fn map_with_tangents(&self, points: &[FaceSample]) -> Vec<Mapped> {
+    pub fn map_with_tangents(&self, points: &[FacePoint]) -> Vec<Mapped> {
         let mut mapped = vec![Mapped { point: DVec3::ZERO, tangents: [DVec3::ZERO; 2] }; points.len()];
-        let take = |part: Part, point: &FaceSample, row: &[f32], to: &mut [Mapped]| match part {
+        let take = |part: Part, point: &FacePoint, row: &[f32], to: &mut [Mapped]| match part {
             Part::Values(_) => to[0].point = self.origin(point) + vector(row),
             Part::Tangent(k) => to[0].tangents[k] = self.edge(point.face, k) + vector(row),
         };
@@ -173,8 +173,8 @@ impl DisplacementField {
     }
 
     /// The displacement's starting point: x where the field is residual.
-    fn origin(&self, point: &FaceSample) -> DVec3 {
-        if self.residual { point.position(self.base.as_triangle_mesh()) } else { DVec3::ZERO }
+    fn origin(&self, point: &FacePoint) -> DVec3 {
+        if self.residual { point.position(&self.base) } else { DVec3::ZERO }
     }
 
     /// The derivative of the starting point along edge k.
@@ -211,9 +211,9 @@ mod tests {
     fn untrained_residual_field_is_the_identity() {
         let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
         let field = DisplacementField::untrained(base, FieldShape::default(), 1).unwrap();
-        let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(1001, 0, 0);
+        let samples = AreaSampler::new(field.base()).unwrap().sample(1001, 0, 0);
         for (sample, y) in samples.iter().zip(field.map(&samples)) {
-            assert_eq!(y, sample.position(field.base().as_triangle_mesh()));
+            assert_eq!(y, sample.position(field.base()));
         }
     }
 
@@ -228,7 +228,7 @@ mod tests {
                 let mut barycentric = [0.0; 3];
                 barycentric[h as usize % 3] = 1.0 - t;
                 barycentric[(h as usize + 1) % 3] = t;
-                FaceSample { face: h / 3, barycentric }
+                FacePoint { face: h / 3, barycentric }
             };
             let y = field.map(&[at(h, 0.3), at(twin, 0.7)]);
             assert!((y[0] - y[1]).length() < 1e-5);
@@ -243,15 +243,15 @@ mod tests {
             NetworkShape { features: 3, octaves: 2, hidden: vec![24], ..NetworkShape::default() }.into(),
         ] {
             let field = random_field(shape);
-            let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(517, 0, 0);
+            let samples = AreaSampler::new(field.base()).unwrap().sample(517, 0, 0);
             let values = field.map(&samples);
             let h = 1e-3;
             let moved = |to: usize, h: f64| {
-                let step = |s: &FaceSample| {
+                let step = |s: &FacePoint| {
                     let mut barycentric = s.barycentric;
                     barycentric[0] -= h;
                     barycentric[to] += h;
-                    FaceSample { barycentric, ..*s }
+                    FacePoint { barycentric, ..*s }
                 };
                 field.map(&samples.iter().map(step).collect::<Vec<_>>())
             };

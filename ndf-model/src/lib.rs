@@ -18,9 +18,9 @@
 //! let model = Model { field, similarity, scalars: vec![], provenance: String::new() };
 //!
 //! let read = Model::from_bytes(&model.to_bytes())?;
-//! let points = AreaSampler::of_manifold(read.field.base()).ok_or("no area")?.sample(100, 0, 0);
+//! let points = AreaSampler::new(read.field.base()).ok_or("no area")?.sample(100, 0, 0);
 //! for (image, point) in read.field.map(&points).into_iter().zip(&points) {
-//!     assert_eq!(image, point.position(read.field.base().as_triangle_mesh()));
+//!     assert_eq!(image, point.position(read.field.base()));
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

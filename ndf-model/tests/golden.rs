@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use ndf_core::DVec3;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_model::Model;
 
 fn golden(version: u32) -> Model {
@@ -17,13 +17,13 @@ fn golden(version: u32) -> Model {
 }
 
 /// Points of the base mesh, with their images and scalars.
-fn points() -> Vec<(FaceSample, DVec3, f32)> {
+fn points() -> Vec<(FacePoint, DVec3, f32)> {
     let lines = include_str!("golden/points.txt").lines().filter(|line| !line.starts_with('#'));
     lines
         .map(|line| {
             let (face, numbers) = line.split_once(' ').unwrap();
             let n: Vec<f64> = numbers.split(' ').map(|word| word.parse().unwrap()).collect();
-            let point = FaceSample { face: face.parse().unwrap(), barycentric: [n[0], n[1], n[2]] };
+            let point = FacePoint { face: face.parse().unwrap(), barycentric: [n[0], n[1], n[2]] };
             (point, DVec3::new(n[3], n[4], n[5]), n[6] as f32)
         })
         .collect()
@@ -32,7 +32,7 @@ fn points() -> Vec<(FaceSample, DVec3, f32)> {
 #[test]
 fn every_version_evaluates_to_the_same_points() {
     let truth = points();
-    let samples: Vec<FaceSample> = truth.iter().map(|(sample, ..)| *sample).collect();
+    let samples: Vec<FacePoint> = truth.iter().map(|(sample, ..)| *sample).collect();
     for version in [1, 2] {
         let model = golden(version);
         assert_eq!(model.field.base().face_count(), truth.len());

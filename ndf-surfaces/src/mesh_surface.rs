@@ -129,7 +129,7 @@ impl MeshSurface {
     /// The pseudonormal at a closest point. On a triangle without area and neighbours, any unit vector that
     /// points to the query.
     fn normal(&self, p: DVec3, closest: &ClosestPoint) -> DVec3 {
-        let normal = self.normals.at(closest.face, closest.barycentric);
+        let normal = self.normals.at(&closest.at);
         if normal == DVec3::ZERO { (p - closest.point).try_normalize().unwrap_or(DVec3::Z) } else { normal }
     }
 }

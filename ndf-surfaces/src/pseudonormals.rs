@@ -6,8 +6,8 @@
 //! angles at a vertex.
 
 use ndf_core::DVec3;
-use ndf_mesh::TriangleMesh;
 use ndf_mesh::repair;
+use ndf_mesh::{FacePoint, TriangleMesh};
 
 /// Barycentric coordinates up to this count as 0, so that rounding does not choose between an edge and the
 /// faces beside it.
@@ -93,9 +93,9 @@ impl Pseudonormals {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn at(&self, face: u32, barycentric: [f64; 3]) -> DVec3 {
-        let f = face as usize;
-        let normal = match barycentric.map(|b| b > ON_EDGE) {
+    pub fn at(&self, point: &FacePoint) -> DVec3 {
+        let f = point.face as usize;
+        let normal = match point.barycentric.map(|b| b > ON_EDGE) {
             [true, false, false] => self.vertices[self.corners[f][0] as usize],
             [false, true, false] => self.vertices[self.corners[f][1] as usize],
             [false, false, true] => self.vertices[self.corners[f][2] as usize],
@@ -121,12 +121,16 @@ mod tests {
         for f in 0..cube.face_count() as u32 {
             let corners = cube.corner_positions(f);
             for k in 0..3 {
-                let mut barycentric = [0.0; 3];
-                barycentric[k] = 1.0;
                 // Weights by angle do not depend on how the sides are cut into triangles.
-                assert!(normals.at(f, barycentric).distance(corners[k].normalize()) < 1e-14);
+                let normal = normals.at(&FacePoint::at_corner(3 * f + k));
+                assert!(normal.distance(corners[k as usize].normalize()) < 1e-14);
             }
-            assert!(normals.at(f, [0.2, 0.3, 0.5]).distance(cube.face_normal(f)) < 1e-14);
+            assert!(
+                normals
+                    .at(&FacePoint { face: f, barycentric: [0.2, 0.3, 0.5] })
+                    .distance(cube.face_normal(f))
+                    < 1e-14
+            );
         }
     }
 
@@ -141,7 +145,8 @@ mod tests {
         let whole = Pseudonormals::new(&sphere);
         for f in 0..sphere.face_count() as u32 {
             for barycentric in [[1.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.4, 0.3, 0.3]] {
-                assert!(soup.at(f, barycentric).distance(whole.at(f, barycentric)) < 1e-14);
+                let point = FacePoint { face: f, barycentric };
+                assert!(soup.at(&point).distance(whole.at(&point)) < 1e-14);
             }
         }
         assert!(!Pseudonormals::new(&shapes::grid(2, 2)).is_closed());

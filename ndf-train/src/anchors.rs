@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use ndf_core::{DVec3, Hint};
 use ndf_mesh::TriangleTree;
-use ndf_mesh::sampling::FaceSample;
 use ndf_model::DisplacementField;
 use ndf_network::Packed;
 
@@ -30,16 +29,15 @@ impl Anchors {
         weight: f32,
         theta: &Packed,
     ) -> Self {
-        let tree = TriangleTree::new(field.base().as_triangle_mesh());
+        let tree = TriangleTree::new(field.base());
         let found: Vec<(Sample, Target)> = pairs
             .iter()
             .filter(|(_, q)| q.is_finite())
             .filter_map(|&(p, q)| {
                 let closest = tree.closest_point(p, Hint::NONE)?;
-                let sample = FaceSample { face: closest.face, barycentric: closest.barycentric };
                 let up = [0.0, 0.0, 1.0];
                 let foot = q.as_vec3().to_array();
-                Some((Sample::new(&sample), Target { foot, normal: up, surface_normal: up }))
+                Some((Sample::new(&closest.at), Target { foot, normal: up, surface_normal: up }))
             })
             .collect();
         let (samples, targets): (Vec<Sample>, Vec<Target>) = found.into_iter().unzip();

@@ -2,8 +2,9 @@
 
 use ndf_core::projected;
 use ndf_core::{DVec3, Query, Surface};
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_mesh::sampling::AreaSampler;
 use ndf_model::file::StoredBase;
 
 use crate::error::TrainError;
@@ -32,9 +33,9 @@ pub fn stored_base(
 
 /// Root of the mean squared distance of the base mesh from the surface, in the surface's units; 0 where it finds none.
 fn distance(surface: &dyn Surface, base: &ManifoldMesh, seed: u64) -> f64 {
-    let Some(sampler) = AreaSampler::of_manifold(base) else { return 0.0 };
-    let mesh = base.as_triangle_mesh();
-    let query = |sample: &FaceSample| {
+    let Some(sampler) = AreaSampler::new(base) else { return 0.0 };
+    let mesh = &base;
+    let query = |sample: &FacePoint| {
         let normal = Some(mesh.face_normal(sample.face)).filter(|&n| n != DVec3::ZERO);
         Query { normal, ..Query::at(sample.position(mesh)) }
     };

@@ -2,7 +2,8 @@
 
 use ndf_core::project_all;
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface};
-use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_mesh::FacePoint;
+use ndf_mesh::sampling::AreaSampler;
 use ndf_model::Similarity;
 
 use crate::origin::Origin;
@@ -16,12 +17,12 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    pub(crate) fn new(sample: &FaceSample) -> Self {
+    pub(crate) fn new(sample: &FacePoint) -> Self {
         Self { face: sample.face, barycentric: sample.barycentric.map(|b| b as f32) }
     }
 
-    pub(crate) fn on_face(&self) -> FaceSample {
-        FaceSample { face: self.face, barycentric: self.barycentric.map(f64::from) }
+    pub(crate) fn on_face(&self) -> FacePoint {
+        FacePoint { face: self.face, barycentric: self.barycentric.map(f64::from) }
     }
 }
 

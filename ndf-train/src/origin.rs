@@ -1,7 +1,7 @@
 //! Where images come from on the base mesh, as the reverse map begins there.
 
 use ndf_core::{DVec3, Hint};
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_mesh::{TriangleMesh, TriangleTree};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
@@ -29,9 +29,9 @@ pub(crate) fn closest_origins(
     base: &TriangleMesh,
     tree: &TriangleTree,
     images: &[DVec3],
-    samples: &[FaceSample],
+    samples: &[FacePoint],
 ) -> Vec<Origin> {
-    let origin = |(place, &y): (FaceSample, &DVec3)| {
+    let origin = |(place, &y): (FacePoint, &DVec3)| {
         let point = place.position(base);
         let normal = (y - point).try_normalize().unwrap_or(base.face_normal(place.face));
         Origin::new(&place, point, point, normal)
@@ -45,36 +45,36 @@ pub(crate) fn inverse_origins(
     field: &DisplacementField,
     tree: &TriangleTree,
     images: &[DVec3],
-    samples: &[FaceSample],
+    samples: &[FacePoint],
 ) -> Vec<Origin> {
-    let base = field.base().as_triangle_mesh();
+    let base = field.base();
     let mut places = closest(tree, images, samples);
     for _ in 1..STEPS {
-        let step = |((place, mapped), &y): ((&FaceSample, DVec3), &DVec3)| {
+        let step = |((place, mapped), &y): ((&FacePoint, DVec3), &DVec3)| {
             let (normal, away) = (base.face_normal(place.face), y - mapped);
             place.position(base) + away - normal * away.dot(normal)
         };
         let moved: Vec<DVec3> = places.iter().zip(field.map(&places)).zip(images).map(step).collect();
         places = closest(tree, &moved, &places);
     }
-    let origin = |(place, image): (&FaceSample, DVec3)| {
+    let origin = |(place, image): (&FacePoint, DVec3)| {
         Origin::new(place, place.position(base), image, base.face_normal(place.face))
     };
     places.iter().zip(field.map(&places)).map(origin).collect()
 }
 
 /// The closest points of the base mesh, sought from these places on.
-fn closest(tree: &TriangleTree, points: &[DVec3], near: &[FaceSample]) -> Vec<FaceSample> {
+fn closest(tree: &TriangleTree, points: &[DVec3], near: &[FacePoint]) -> Vec<FacePoint> {
     let pairs = points.par_iter().zip(near).with_min_len(256);
-    let find = |(&point, near): (&DVec3, &FaceSample)| {
+    let find = |(&point, near): (&DVec3, &FacePoint)| {
         let found = tree.closest_point(point, Hint(near.face));
-        found.map_or(*near, |c| FaceSample { face: c.face, barycentric: c.barycentric })
+        found.map_or(*near, |c| c.at)
     };
     pairs.map(find).collect()
 }
 
 impl Origin {
-    fn new(place: &FaceSample, point: DVec3, image: DVec3, normal: DVec3) -> Self {
+    fn new(place: &FacePoint, point: DVec3, image: DVec3, normal: DVec3) -> Self {
         let single = |v: DVec3| v.as_vec3().to_array();
         Self { place: Sample::new(place), point: single(point), image: single(image), normal: single(normal) }
     }
@@ -106,13 +106,13 @@ mod tests {
             }
         }
         let field = field.with_parameters(features, parameters).unwrap();
-        let samples = AreaSampler::of_manifold(field.base()).unwrap().sample(2000, 0, 0);
+        let samples = AreaSampler::new(field.base()).unwrap().sample(2000, 0, 0);
         let images = field.map(&samples);
-        let base = field.base().as_triangle_mesh();
+        let base = field.base();
         let tree = TriangleTree::new(base);
         let rms = |origins: Vec<Origin>| {
             let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-            let distance = |((origin, sample), y): ((&Origin, &FaceSample), &DVec3)| {
+            let distance = |((origin, sample), y): ((&Origin, &FacePoint), &DVec3)| {
                 let (away, normal) = (*y - wide(origin.image), wide(origin.normal));
                 let start = wide(origin.point) + away - normal * away.dot(normal);
                 start.distance_squared(sample.position(base))

@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ndf_core::{DVec3, Surface};
-use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_mesh::FacePoint;
+use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::{ManifoldMesh, TriangleTree};
 use ndf_model::file::{Grids, Precision, StoredBase};
 use ndf_model::intrinsic_network::{IntrinsicEncoding, NetworkError, single};
@@ -136,7 +137,7 @@ impl<'a> Trainer<'a> {
         state: State,
     ) -> Result<Self, TrainError> {
         let base = start.base();
-        let sampler = AreaSampler::of_manifold(base).ok_or(TrainError::NoArea)?;
+        let sampler = AreaSampler::new(base).ok_or(TrainError::NoArea)?;
         let packed = (Packed::new(&state.theta), state.phi.as_ref().map(Packed::new));
         let gradients = (vec![0.0; state.theta.parameters().len()], vec![0.0; parameters(&state.phi).len()]);
         let (objective, waiting) = if state.epoch < settings.identity_epochs {
@@ -162,7 +163,7 @@ impl<'a> Trainer<'a> {
             corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.network.features],
             chunks: Vec::new(),
             base_tree: (settings.lambda_c > 0.0 && settings.reverse_map.needs_origins())
-                .then(|| TriangleTree::new(base.as_triangle_mesh())),
+                .then(|| TriangleTree::new(base)),
             term_means: Vec::new(),
             start,
             settings: settings.clone(),
@@ -283,7 +284,7 @@ impl<'a> Trainer<'a> {
     fn begin_identity(&mut self) {
         if !self.batch.is_drawn() {
             self.batch.resample(&self.sampler, self.settings.seed, IDENTITY_STREAM);
-            let base = self.start.base().as_triangle_mesh();
+            let base = self.start.base();
             let places: Vec<DVec3> = self.batch.samples.iter().map(|s| s.on_face().position(base)).collect();
             self.batch.stay(places.into_iter());
         }
@@ -309,10 +310,10 @@ impl<'a> Trainer<'a> {
     fn project(&mut self) -> Result<(), TrainError> {
         let before = Instant::now();
         let field = self.field().map_err(|_| TrainError::Diverged { epoch: self.state.epoch })?;
-        let samples: Vec<FaceSample> = self.batch.samples.iter().map(Sample::on_face).collect();
+        let samples: Vec<FacePoint> = self.batch.samples.iter().map(Sample::on_face).collect();
         // The guide is the normal of the base face, not that of g: where g has folded over, its own normal would
         // send it to the far side of the surface and keep it folded.
-        let base = self.start.base().as_triangle_mesh();
+        let base = self.start.base();
         let guides = samples.iter().map(|s| base.face_normal(s.face));
         let images = field.map(&samples);
         if let Some(tree) = &self.base_tree {
@@ -472,7 +473,7 @@ impl<'a> Trainer<'a> {
 
     /// Share of the batch with a foot whose mapped normal opposes the surface's there.
     pub(crate) fn flipped_fraction(&self) -> Result<f64, NetworkError> {
-        let samples: Vec<FaceSample> = self.batch.samples.iter().map(Sample::on_face).collect();
+        let samples: Vec<FacePoint> = self.batch.samples.iter().map(Sample::on_face).collect();
         let mapped = self.field()?.map_with_tangents(&samples);
         let (mut hits, mut flipped) = (0_usize, 0_usize);
         for (mapped, target) in mapped.iter().zip(&self.batch.targets) {

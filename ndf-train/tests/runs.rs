@@ -168,8 +168,8 @@ fn the_identity_stage_makes_both_networks_the_identity() {
         ..quick()
     };
     let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
-    let samples = ndf_mesh::sampling::AreaSampler::of_manifold(fit.field.base()).unwrap().sample(500, 5, 0);
-    let base = fit.field.base().as_triangle_mesh();
+    let samples = ndf_mesh::sampling::AreaSampler::new(fit.field.base()).unwrap().sample(500, 5, 0);
+    let base = fit.field.base();
     let moved =
         fit.field.map(&samples).into_iter().zip(&samples).map(|(y, s)| y.distance_squared(s.position(base)));
     let rms = (moved.sum::<f64>() / 500.0).sqrt();
@@ -201,11 +201,10 @@ fn anchors_turn_the_map() {
     let pairs: Vec<(DVec3, DVec3)> = base().positions().iter().step_by(5).map(|&p| (p, turn(p))).collect();
     let settings = Settings { epochs: 600, ..quick() };
     let apart = |fit: &Fit| {
-        let tree = ndf_mesh::TriangleTree::new(fit.field.base().as_triangle_mesh());
+        let tree = ndf_mesh::TriangleTree::new(fit.field.base());
         let distance = |&(p, q): &(DVec3, DVec3)| {
-            let at = tree.closest_point(fit.similarity.to_normalised(p), Hint::NONE).unwrap();
-            let sample = ndf_mesh::sampling::FaceSample { face: at.face, barycentric: at.barycentric };
-            fit.field.map(&[sample])[0].distance(fit.similarity.to_normalised(q))
+            let closest = tree.closest_point(fit.similarity.to_normalised(p), Hint::NONE).unwrap();
+            fit.field.map(&[closest.at])[0].distance(fit.similarity.to_normalised(q))
         };
         pairs.iter().map(distance).sum::<f64>() / pairs.len() as f64
     };
@@ -227,8 +226,7 @@ fn alignment_of_normals_aligns_them_and_logs_tell() {
         };
         let (fit, _) = train(&mut trainer, Some(&mut log), &NoProgress).unwrap();
         assert_eq!(lines, 299, "one for every batch but the first");
-        let samples =
-            ndf_mesh::sampling::AreaSampler::of_manifold(fit.field.base()).unwrap().sample(2000, 5, 0);
+        let samples = ndf_mesh::sampling::AreaSampler::new(fit.field.base()).unwrap().sample(2000, 5, 0);
         let mapped = fit.field.map_with_tangents(&samples);
         mapped.iter().map(|m| 1.0 - m.normal().dot(m.point.normalize())).sum::<f64>() / 2000.0
     };

@@ -49,7 +49,7 @@ impl Reference {
     pub(super) fn new(mesh: TriangleMesh) -> Result<Self, String> {
         let mesh = ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())?;
         let intrinsic = IntrinsicMesh::of_mesh(&mesh);
-        let tree = TriangleTree::new(mesh.as_triangle_mesh());
+        let tree = TriangleTree::new(&mesh);
         let similarity = Similarity::to_box(&mesh.bounds());
         let distances = |place: DVec3| -> Result<Distances, String> {
             let source = closest(&mesh, &tree, similarity.to_world(place)).map_err(|e| e.to_string())?;
@@ -71,9 +71,7 @@ impl Reference {
 
     /// How far another mesh is.
     pub(super) fn errors(&self, mesh: &ManifoldMesh) -> Result<Errors, String> {
-        let there =
-            measure(self.mesh.as_triangle_mesh(), mesh.as_triangle_mesh(), &MeasureOptions::default())
-                .map_err(|e| e.to_string())?;
+        let there = measure(&self.mesh, mesh, &MeasureOptions::default()).map_err(|e| e.to_string())?;
         let intrinsic = IntrinsicMesh::of_mesh(mesh);
         let (eigenvalues, geodesic) =
             rayon::join(|| eigenvalues(&intrinsic), || self.geodesic_error(mesh, &intrinsic));
@@ -89,7 +87,7 @@ impl Reference {
     }
 
     fn geodesic_error(&self, mesh: &ManifoldMesh, intrinsic: &IntrinsicMesh) -> Result<f64, String> {
-        let tree = TriangleTree::new(mesh.as_triangle_mesh());
+        let tree = TriangleTree::new(mesh);
         let closest = |p: DVec3| closest(mesh, &tree, p).map_err(|e| e.to_string());
         let is_fine = mesh.face_count() > MOST_FACES_WITH_WINDOWS;
         let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
@@ -99,9 +97,9 @@ impl Reference {
                 .map_err(|e| e.to_string())?;
             let distance_at = |point: SurfacePoint| {
                 if is_fine {
-                    let (face, weights) = point.in_some_face(mesh);
-                    let corners = mesh.faces()[face as usize].map(|v| found.distances()[v as usize]);
-                    return Ok(corners.iter().zip(weights).map(|(distance, weight)| distance * weight).sum());
+                    let point = point.in_some_face(mesh);
+                    let corners = mesh.faces()[point.face as usize].map(|v| found.distances()[v as usize]);
+                    return Ok(point.interpolate(corners));
                 }
                 found.distance_at(point).map_err(|e| e.to_string())
             };

@@ -143,7 +143,7 @@ fn heat(
 const VTP_MESH: &str = "mesh.obj";
 
 fn write_rival_files(mesh: &ManifoldMesh, scratch: &Scratch) -> Result<(), String> {
-    let mesh = mesh.as_triangle_mesh();
+    let mesh = &mesh;
     write_mesh(scratch.path().join(VTP_MESH), mesh, &[]).map_err(|e| e.to_string())?;
     let coordinates = mesh.positions().iter().flat_map(DVec3::to_array);
     scratch.write("positions.f64", coordinates.map(f64::to_le_bytes))?;

@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
 pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", arguments.mesh);
     let mesh = arguments.mesh.build(&arguments.data)?;
-    let surface = MeshSurface::new(mesh.as_triangle_mesh()).map_err(|e| say(&e))?;
+    let surface = MeshSurface::new(&mesh).map_err(|e| say(&e))?;
     let paper = Settings::paper();
     let settings = Settings {
         epochs: EPOCHS,

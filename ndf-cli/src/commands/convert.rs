@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         Form::Tensors => model.to_safetensors().map_err(|e| cannot_write(&e))?,
         Form::Base => {
             let base = to_world(model.field.base(), &model.similarity);
-            write_mesh(&arguments.output, base.as_triangle_mesh(), &[]).map_err(|e| cannot_write(&e))?;
+            write_mesh(&arguments.output, &base, &[]).map_err(|e| cannot_write(&e))?;
             let (vertices, faces) = (base.vertex_count(), base.face_count());
             let json = json!({"output": output, "vertices": vertices, "faces": faces});
             let text =

@@ -80,22 +80,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(Failure::new)?;
     let seconds_extracting = before.elapsed().as_secs_f64();
     let stage = Stage::compared(&fitted, &surface, context)?;
-    write_mesh(
-        folder.join("surface.ply"),
-        surface.as_triangle_mesh(),
-        std::slice::from_ref(&stage.field_error),
-    )?;
+    write_mesh(folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
 
-    write_mesh(
-        folder.join("base.ply"),
-        fitted.base.as_triangle_mesh(),
-        std::slice::from_ref(&stage.base_error),
-    )?;
+    write_mesh(folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
 
     let distances = geodesics(&surface)?;
-    write_mesh(folder.join("geodesic.ply"), surface.as_triangle_mesh(), std::slice::from_ref(&distances))?;
+    write_mesh(folder.join("geodesic.ply"), &surface, std::slice::from_ref(&distances))?;
     let modes = eigenmodes(&surface, context)?;
-    write_mesh(folder.join("modes.ply"), surface.as_triangle_mesh(), &modes)?;
+    write_mesh(folder.join("modes.ply"), &surface, &modes)?;
 
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);
@@ -155,11 +147,11 @@ impl Stage {
         let tree = TriangleTree::new(&reference);
         let error = |mesh: &ManifoldMesh| VertexScalars {
             name: "error".to_owned(),
-            values: vertex_distances(mesh.as_triangle_mesh(), &tree).into_iter().map(|d| d as f32).collect(),
+            values: vertex_distances(mesh, &tree).into_iter().map(|d| d as f32).collect(),
         };
         Ok(Self {
-            base: measure(&reference, fitted.base.as_triangle_mesh(), &options)?,
-            field: measure(&reference, surface.as_triangle_mesh(), &options)?,
+            base: measure(&reference, &fitted.base, &options)?,
+            field: measure(&reference, surface, &options)?,
             base_error: error(&fitted.base),
             field_error: error(surface),
             reference,
@@ -210,8 +202,8 @@ fn page(
     let progress = context.progress();
     let plain = Shot::default();
     let wired = Shot { style: Style { wireframe: true, flat: true, ..Style::default() }, ..plain };
-    let base = fitted.base.as_triangle_mesh();
-    let learned = surface.as_triangle_mesh();
+    let base = &fitted.base;
+    let learned = &surface;
     let pictures = [
         Figure::of_mesh(&stage.reference, None, "The input", &plain, &progress)?,
         Figure::of_mesh(base, None, "Its base mesh, on which the field lives", &wired, &progress)?,

@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure
         (mesh, Some(report))
     };
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[])?;
+    write_mesh(&arguments.output, &mesh, &[])?;
     let path = arguments.output.display().to_string();
     let (json, rows) = figures(&mesh, report.as_ref(), seconds);
     Ok(Outcome::new(json, format!("{path}: {} faces\n{}", grouped(mesh.face_count()), table(&rows))))
@@ -126,7 +126,7 @@ fn figures(
     extraction: Option<&ExtractionReport>,
     seconds: f64,
 ) -> (Value, Vec<(&'static str, String)>) {
-    let report = ValidationReport::of(mesh.as_triangle_mesh());
+    let report = ValidationReport::of(mesh);
     let quality = Quality::of(mesh);
     let (length, angle) = (quality.edge_length, quality.min_angle_deg);
     let json = json!({

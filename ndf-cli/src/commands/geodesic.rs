@@ -8,7 +8,7 @@ use ndf_core::{DVec3, Hint};
 use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, Path, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleTree};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleTree};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let name = arguments.triangulation.input.display();
     let mesh = arguments.triangulation.read(context)?;
     let started = Instant::now();
-    let tree = TriangleTree::new(mesh.as_triangle_mesh());
+    let tree = TriangleTree::new(&mesh);
     let vertices = mesh.vertex_count();
     let mut sources = Vec::new();
     for &vertex in &arguments.sources.source_vertex {
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let seconds = started.elapsed().as_secs_f64();
     let scalars =
         VertexScalars { name: "distance".to_owned(), values: distances.iter().map(|&d| d as f32).collect() };
-    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[scalars])?;
+    write_mesh(&arguments.output, &mesh, &[scalars])?;
     let unreached = distances.iter().filter(|d| d.is_infinite()).count();
     let max = distances.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let mut json = json!({
@@ -158,13 +158,13 @@ pub fn closest(mesh: &ManifoldMesh, tree: &TriangleTree, position: DVec3) -> Res
     let foot = tree
         .closest_point(position, Hint::NONE)
         .ok_or_else(|| Failure::new(format!("the surface has no point closest to {position}")))?;
-    Ok(SurfacePoint::snapped(mesh, foot.face, foot.barycentric, SNAP))
+    Ok(SurfacePoint::snapped(mesh, foot.at, SNAP))
 }
 
 /// A path as positions and as faces with barycentric coordinates, from the source on.
 fn described(path: &Path, mesh: &ManifoldMesh) -> Value {
     let corner = |point: &SurfacePoint| {
-        let (face, barycentric) = point.in_some_face(mesh);
+        let FacePoint { face, barycentric } = point.in_some_face(mesh);
         json!({"face": face, "barycentric": barycentric, "position": point.position(mesh).to_array()})
     };
     let points: Vec<Value> = path.points.iter().rev().map(corner).collect();

@@ -137,7 +137,7 @@ impl std::fmt::Display for Delaunay {
 
 fn describe_model(name: &str, model: &Model) -> Outcome {
     let field = &model.field;
-    let base = ValidationReport::of(field.base().as_triangle_mesh());
+    let base = ValidationReport::of(field.base());
     let sizes = model.section_sizes();
     let network = field.network();
     let names: Vec<&str> =

@@ -90,8 +90,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &[])?;
-    let report = ValidationReport::of(mesh.as_triangle_mesh());
+    write_mesh(&arguments.output, &mesh, &[])?;
+    let report = ValidationReport::of(&mesh);
     let path = arguments.output.display().to_string();
     let json = json!({
         "output": path,

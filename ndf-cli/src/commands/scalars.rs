@@ -270,7 +270,7 @@ fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Fa
     let columns: Vec<VertexScalars> =
         model.scalars.iter().flat_map(|fields| fields.columns(base, &found.origins)).collect();
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh.as_triangle_mesh(), &columns)?;
+    write_mesh(&arguments.output, &mesh, &columns)?;
     let ranges: Vec<Value> = columns
         .iter()
         .map(|column| {

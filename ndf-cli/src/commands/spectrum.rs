@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions};
 use serde_json::json;
@@ -49,10 +50,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
     let options =
         ModeOptions { count: arguments.modes as usize, shift: arguments.shift, ..ModeOptions::default() };
-    let (mesh, laplacian) = match &triangles {
-        Triangles::Manifold(mesh) => {
-            (mesh.as_triangle_mesh(), LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), operator))
-        }
+    let (mesh, laplacian): (&TriangleMesh, _) = match &triangles {
+        Triangles::Manifold(mesh) => (mesh, LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), operator)),
         Triangles::Other(mesh, _) => (mesh, LaplaceBeltrami::from_triangle_mesh(mesh, operator)),
     };
     let found = laplacian

@@ -44,15 +44,15 @@ impl Input {
         progress: &dyn Progress,
     ) -> Result<Option<Band<'_>>, Failure> {
         let (Some(search), Some(field)) = (self.cached, self.surface.as_field()) else { return Ok(None) };
-        let mesh = base.as_triangle_mesh();
+        let mesh = &base;
         let options = BandOptions::for_mesh(mesh);
         let band = NarrowBand::around(field, mesh, &options, progress).map_err(|e| {
             Failure::new(format!("{name}: the field around the base mesh cannot be sampled: {e}"))
         })?;
         let report = *band.report();
         let surface = LevelSetSurface::new(band).with_search(search);
-        let samples = AreaSampler::of_manifold(base).map_or(Vec::new(), |s| s.sample(COMPARED, 0, 0));
-        let query = |s: &ndf_mesh::sampling::FaceSample| {
+        let samples = AreaSampler::new(base).map_or(Vec::new(), |s| s.sample(COMPARED, 0, 0));
+        let query = |s: &ndf_mesh::FacePoint| {
             let normal = mesh.face_normal(s.face).try_normalize();
             Query { normal, ..Query::at(s.position(mesh)) }
         };

@@ -65,7 +65,7 @@ fn open(content: &Content, reading: &Reading, context: &Context) -> Result<Input
         // Where no component has most of the area, the mesh means the union of its pieces.
         Ok(mended) if mended.kept_area >= LARGEST_COMPONENT => {
             mended.notes.iter().for_each(|note| context.warn(&format!("{name}: {note}")));
-            (MeshSurface::new(mended.mesh.as_triangle_mesh()), BaseSource::Manifold(mended.mesh))
+            (MeshSurface::new(&mended.mesh), BaseSource::Manifold(mended.mesh))
         }
         other => {
             let reason = match other {

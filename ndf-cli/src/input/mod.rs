@@ -131,7 +131,7 @@ impl Input {
     /// If the input is no mesh and has no isosurface.
     pub fn reference(&self, cells: u32, progress: &dyn Progress) -> Result<TriangleMesh, Failure> {
         match (&self.base, &self.mesh) {
-            (BaseSource::Manifold(mesh), _) => Ok(mesh.as_triangle_mesh().clone()),
+            (BaseSource::Manifold(mesh), _) => Ok(TriangleMesh::clone(mesh)),
             (_, Some(mesh)) => Ok(mesh.clone()),
             _ => {
                 let field = self.field_surface().and_then(Surface::as_field).ok_or_else(|| {

@@ -18,8 +18,8 @@ impl ScreenFrame {
         // One pixel aside, the ray meets the plane of the face at this offset.
         let slope = surfel.direction.dot(surfel.face_normal).min(-0.03);
         let step = |side: DVec3| size * (side - surfel.direction * (side.dot(surfel.face_normal) / slope));
-        let corners = scene.mesh.corner_positions(surfel.hit.face);
-        let cross = scene.mesh.face_cross(surfel.hit.face);
+        let corners = scene.mesh.corner_positions(surfel.hit.at.face);
+        let cross = scene.mesh.face_cross(surfel.hit.at.face);
         let opposite = |k: usize| corners[(k + 2) % 3] - corners[(k + 1) % 3];
         let gradients = [0, 1, 2].map(|k| cross.cross(opposite(k)) / cross.length_squared());
         Self { across: step(camera.right()), upward: step(camera.up()), gradients }

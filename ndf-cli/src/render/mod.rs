@@ -179,9 +179,7 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, style: &Style, progress: &dyn 
 impl Surfel {
     /// The scalar here, NaN if there is none.
     fn value(&self, scene: &Scene<'_>) -> f64 {
-        scene
-            .corner_values(self.hit.face)
-            .map_or(f64::NAN, |values| values.iter().zip(self.hit.barycentric).map(|(v, b)| v * b).sum())
+        scene.corner_values(self.hit.at.face).map_or(f64::NAN, |values| self.hit.at.interpolate(values))
     }
 }
 
@@ -189,10 +187,10 @@ impl Surfel {
 fn cast(scene: &Scene<'_>, style: &Style, camera: &Camera, x: f64, y: f64) -> Option<Surfel> {
     let direction = camera.direction(x, y);
     let hit = scene.tree.first_hit(camera.eye(), direction)?;
-    let outward = scene.mesh.face_normal(hit.face);
+    let outward = scene.mesh.face_normal(hit.at.face);
     let is_back = outward.dot(direction) > 0.0;
     let face_normal = if is_back { -outward } else { outward };
-    let smooth = scene.normals.at(hit.face, hit.barycentric) * if is_back { -1.0 } else { 1.0 };
+    let smooth = scene.normals.at(&hit.at) * if is_back { -1.0 } else { 1.0 };
     // An interpolated normal may turn away from the camera near an outline, where the face does not.
     let is_usable = !style.flat && smooth.dot(direction) < 0.0;
     let normal = if is_usable { smooth } else { face_normal };

@@ -1,7 +1,7 @@
 //! Normals that are smooth across soft edges and break at sharp ones.
 
 use ndf_core::DVec3;
-use ndf_mesh::TriangleMesh;
+use ndf_mesh::{FacePoint, TriangleMesh};
 
 /// Faces meeting at a larger angle than this are not smoothed into each other.
 const CREASE_DEGREES: f64 = 38.0;
@@ -42,8 +42,7 @@ impl CornerNormals {
     }
 
     /// The unit normal at a point of a face; zero where the face has none.
-    pub(super) fn at(&self, face: u32, barycentric: [f64; 3]) -> DVec3 {
-        let [a, b, c] = self.0[face as usize];
-        (a * barycentric[0] + b * barycentric[1] + c * barycentric[2]).normalize_or_zero()
+    pub(super) fn at(&self, point: &FacePoint) -> DVec3 {
+        point.interpolate(self.0[point.face as usize]).normalize_or_zero()
     }
 }

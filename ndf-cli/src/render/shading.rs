@@ -65,7 +65,7 @@ fn albedo(scene: &Scene<'_>, camera: &Camera, style: &Style, surfel: &Surfel) ->
     let mut albedo = if surfel.is_back { BACK } else { style.colour };
     let needs_lines = style.wireframe || style.isolines > 0;
     let frame = needs_lines.then(|| ScreenFrame::at(scene, camera, surfel));
-    if let (Some((_, map)), Some(corners)) = (&scene.scalar, scene.corner_values(surfel.hit.face)) {
+    if let (Some((_, map)), Some(corners)) = (&scene.scalar, scene.corner_values(surfel.hit.at.face)) {
         let value = surfel.value(scene);
         albedo = map.colour(value);
         if surfel.is_back {
@@ -79,7 +79,7 @@ fn albedo(scene: &Scene<'_>, camera: &Camera, style: &Style, surfel: &Surfel) ->
         }
     }
     if let Some(frame) = frame.filter(|_| style.wireframe) {
-        albedo = mix(albedo, INK, 0.8 * frame.edge_coverage(surfel.hit.barycentric, 1.1));
+        albedo = mix(albedo, INK, 0.8 * frame.edge_coverage(surfel.hit.at.barycentric, 1.1));
     }
     albedo
 }

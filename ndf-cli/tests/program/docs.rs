@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_model::Model;
 
 use super::{Folder, ndf};
@@ -145,12 +145,12 @@ fn plain_base(file: &Path) -> Vec<u8> {
 fn check_evaluation(folder: &Path, file: &str) {
     let model = Model::read(&folder.join(file)).unwrap();
     let base = model.field.base();
-    let points: Vec<FaceSample> = (0..base.face_count() as u32)
+    let points: Vec<FacePoint> = (0..base.face_count() as u32)
         .step_by(7)
-        .map(|face| FaceSample { face, barycentric: [0.25, 0.125, 0.625] })
+        .map(|face| FacePoint { face, barycentric: [0.25, 0.125, 0.625] })
         .collect();
     let mut input = String::new();
-    for FaceSample { face, barycentric: [a, b, c] } in &points {
+    for FacePoint { face, barycentric: [a, b, c] } in &points {
         writeln!(input, "{face} {a} {b} {c}").unwrap();
     }
     let printed = printed(read(folder, &[file, "--evaluate"], &input).unwrap());

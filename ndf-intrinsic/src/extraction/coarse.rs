@@ -1,7 +1,6 @@
 //! Rounds of splits over the base mesh, in integer coordinates.
 
-use ndf_mesh::SurfacePoint;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_model::DisplacementField;
 
 use super::chords::flip_towards_delaunay;
@@ -50,12 +49,8 @@ pub(super) fn refine<'f>(
 ) -> Result<Coarse<'f>, ExtractionError> {
     let base = field.base();
     let mut triangulation = OverBase(IntrinsicTriangulation::new(base));
-    let mut origins: Vec<FaceSample> = (0..base.vertex_count() as u32)
-        .map(|v| {
-            let (face, barycentric) = SurfacePoint::Vertex(v).in_some_face(base);
-            FaceSample { face, barycentric }
-        })
-        .collect();
+    let mut origins: Vec<FacePoint> =
+        (0..base.vertex_count() as u32).map(|v| FacePoint::at_corner(base.vertex_halfedge(v))).collect();
     let mut points = map(field, &origins)?;
     let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: u32| {
         let [a, b] = mesh.edge_vertices(e);

@@ -24,7 +24,7 @@ mod templates;
 pub mod tessellation;
 
 use ndf_core::DVec3;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
@@ -85,7 +85,7 @@ pub struct Extraction {
     /// [that is simplicial](ExtractionReport::embeds_intrinsic), else those it had before the final flips.
     pub mesh: ManifoldMesh,
     /// Where on the base mesh every vertex lies.
-    pub origins: Vec<FaceSample>,
+    pub origins: Vec<FacePoint>,
     /// What was done, and what is true of the result.
     pub report: ExtractionReport,
 }
@@ -93,7 +93,7 @@ pub struct Extraction {
 /// A mesh over Ω′: an intrinsic mesh with chords as lengths, and its vertices' places and images.
 struct Surface {
     mesh: IntrinsicMesh,
-    origins: Vec<FaceSample>,
+    origins: Vec<FacePoint>,
     points: Vec<DVec3>,
 }
 
@@ -175,7 +175,7 @@ fn embedded(complex: &DeltaComplex, points: Vec<DVec3>) -> ManifoldMesh {
 }
 
 /// g at every place.
-fn map(field: &DisplacementField, places: &[FaceSample]) -> Result<Vec<DVec3>, ExtractionError> {
+fn map(field: &DisplacementField, places: &[FacePoint]) -> Result<Vec<DVec3>, ExtractionError> {
     let points = field.map(places);
     match points.par_iter().position_first(|p| !p.is_finite()) {
         Some(i) => Err(ExtractionError::NotFinite(places[i].face)),

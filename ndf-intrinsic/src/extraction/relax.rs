@@ -1,8 +1,8 @@
 //! Tangential relaxation: vertices slide over the base mesh towards the centres of their stars.
 
 use ndf_core::DVec3;
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::FaceSample;
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -37,14 +37,14 @@ pub(super) fn relax(
         .enumerate()
         .map(|(chunk, (moved, origins))| {
             let first = chunk * CHUNK;
-            let moves: Vec<(usize, FaceSample, DVec3)> = (0..moved.len())
+            let moves: Vec<(usize, FacePoint, DVec3)> = (0..moved.len())
                 .filter_map(|k| {
                     let step = step_to_centre(mesh, points, (first + k) as u32)?;
                     let far = step.length_squared() > (STILL * h) * (STILL * h);
                     far.then(|| (k, walk(field.base(), origins[k], step), points[first + k] + step))
                 })
                 .collect();
-            let places: Vec<FaceSample> = moves.iter().map(|&(_, place, _)| place).collect();
+            let places: Vec<FacePoint> = moves.iter().map(|&(_, place, _)| place).collect();
             for ((k, place, target), point) in moves.into_iter().zip(map(field, &places)?) {
                 // Where g is far from the identity the walk may lead astray: then the vertex stays.
                 if point.distance(target) < ASTRAY * points[first + k].distance(target) {
@@ -94,8 +94,8 @@ fn step_to_centre(mesh: &IntrinsicMesh, points: &[DVec3], v: u32) -> Option<DVec
 
 /// Where one gets from a place by following the part of `step` that is tangential to the mesh, straight on
 /// across edges, until it is used up or the boundary is met.
-fn walk(base: &ManifoldMesh, from: FaceSample, step: DVec3) -> FaceSample {
-    let FaceSample { mut face, barycentric: mut at } = from;
+fn walk(base: &ManifoldMesh, from: FacePoint, step: DVec3) -> FacePoint {
+    let FacePoint { mut face, barycentric: mut at } = from;
     let mut step = step;
     for _ in 0..MOST_FACES {
         let [a, b, c] = base.corner_positions(face);
@@ -119,13 +119,13 @@ fn walk(base: &ManifoldMesh, from: FaceSample, step: DVec3) -> FaceSample {
             }
         }
         let (t, Some(k)) = exit else {
-            return FaceSample { face, barycentric: clamped([0, 1, 2].map(|i| at[i] + d[i])) };
+            return FacePoint { face, barycentric: clamped([0, 1, 2].map(|i| at[i] + d[i])) };
         };
         let mut hit = clamped([0, 1, 2].map(|i| at[i] + t * d[i]));
         hit[k] = 0.0;
         // The side opposite to corner k.
         let h = 3 * face + (k as u32 + 1) % 3;
-        let Some(twin) = base.twin(h) else { return FaceSample { face, barycentric: clamped(hit) } };
+        let Some(twin) = base.twin(h) else { return FacePoint { face, barycentric: clamped(hit) } };
         // Turn what is left of the step about the side.
         let corners = [a, b, c];
         let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
@@ -142,7 +142,7 @@ fn walk(base: &ManifoldMesh, from: FaceSample, step: DVec3) -> FaceSample {
         next[(twin as usize + 1) % 3] = hit[(k + 1) % 3];
         (face, at) = (twin / 3, clamped(next));
     }
-    FaceSample { face, barycentric: at }
+    FacePoint { face, barycentric: at }
 }
 
 fn clamped(b: [f64; 3]) -> [f64; 3] {

@@ -5,7 +5,7 @@
 //! to know of other faces is whether they halve a side as well, and that is a matter of the side alone.
 
 use ndf_core::DVec3;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -67,7 +67,7 @@ impl Piece {
 /// A coarse triangulation, and where its vertices lie and are mapped to.
 pub(super) struct Coarse<'m> {
     pub(super) triangulation: IntrinsicTriangulation<'m>,
-    pub(super) origins: Vec<FaceSample>,
+    pub(super) origins: Vec<FacePoint>,
     pub(super) points: Vec<DVec3>,
 }
 
@@ -187,7 +187,7 @@ impl Forest {
     }
 
     /// Where the new vertices lie on Ω′.
-    fn places(&self, layouts: &[Option<FaceLayout>]) -> Vec<FaceSample> {
+    fn places(&self, layouts: &[Option<FaceLayout>]) -> Vec<FacePoint> {
         let in_piece = |piece: &Piece, c: usize| {
             let [b, c] = middle(piece.places[c], piece.places[(c + 1) % 3]).map(f64::from);
             let layout = layouts[piece.coarse as usize].as_ref();
@@ -292,7 +292,7 @@ impl Forest {
     }
 
     /// A surface of the leaves.
-    fn assemble(&self, origins: &[FaceSample], points: &[DVec3]) -> Surface {
+    fn assemble(&self, origins: &[FacePoint], points: &[DVec3]) -> Surface {
         let pieces = || self.levels.iter().flatten();
         let ((leaves, new_face), (vertices, new_vertex)) = rayon::join(
             || {

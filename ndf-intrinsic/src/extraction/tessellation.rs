@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use ndf_core::DVec3;
-use ndf_mesh::sampling::FaceSample;
+use ndf_mesh::FacePoint;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_model::DisplacementField;
 
@@ -18,7 +18,7 @@ pub struct Tessellation {
     /// The mapped triangles.
     pub mesh: ManifoldMesh,
     /// Where on the base mesh every vertex lies.
-    pub origins: Vec<FaceSample>,
+    pub origins: Vec<FacePoint>,
 }
 
 /// Why a field was not tessellated.
@@ -66,7 +66,7 @@ pub fn tessellate(
 }
 
 struct Triangles {
-    origins: Vec<FaceSample>,
+    origins: Vec<FacePoint>,
     positions: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
     /// The base face of every face.
@@ -82,9 +82,9 @@ impl Triangles {
         let base = field.base();
         let origin = |v: u32| {
             let h = base.vertex_halfedge(v);
-            FaceSample { face: h / 3, barycentric: UNIT[h as usize % 3] }
+            FacePoint::at_corner(h)
         };
-        let origins: Vec<FaceSample> = (0..base.vertex_count() as u32).map(origin).collect();
+        let origins: Vec<FacePoint> = (0..base.vertex_count() as u32).map(origin).collect();
         Self {
             positions: field.map(&origins),
             origins,
@@ -120,7 +120,7 @@ impl Triangles {
                 if length > edge_length {
                     midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
                         let barycentric = midpoint(self.corners[f][c], self.corners[f][(c + 1) % 3]);
-                        new_origins.push(FaceSample { face: self.base_faces[f], barycentric });
+                        new_origins.push(FacePoint { face: self.base_faces[f], barycentric });
                         (self.origins.len() + new_origins.len() - 1) as u32
                     });
                 }
@@ -232,11 +232,8 @@ mod tests {
             for h in [0.3, 0.1] {
                 let t = tessellate(&field, h, 1_000_000).unwrap();
                 assert_eq!(t.mesh.euler_characteristic(), field.base().euler_characteristic());
-                let report = ValidationReport::of(t.mesh.as_triangle_mesh());
-                assert_eq!(
-                    report.boundary_loops,
-                    ValidationReport::of(field.base().as_triangle_mesh()).boundary_loops
-                );
+                let report = ValidationReport::of(&t.mesh);
+                assert_eq!(report.boundary_loops, ValidationReport::of(field.base()).boundary_loops);
                 for e in 0..t.mesh.edge_count() as u32 {
                     let [a, b] = t.mesh.edge_vertices(e).map(|v| t.mesh.positions()[v as usize]);
                     assert!(a.distance(b) <= h);

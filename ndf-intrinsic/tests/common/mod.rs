@@ -10,7 +10,7 @@ use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicTriangulation;
 use ndf_intrinsic::normal_coordinates::Arcs;
 use ndf_mesh::shapes;
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -103,7 +103,7 @@ pub(crate) fn random_point(triangulation: &IntrinsicTriangulation<'_>, rng: &mut
     }
     let face = rng.random_range(0..mesh.face_count() as u32);
     let w: [f64; 3] = [0, 1, 2].map(|_| rng.random_range(0.1..1.0));
-    SurfacePoint::Face { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) }
+    SurfacePoint::Face(FacePoint { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) })
 }
 
 /// Flips, insertions and removals at random.

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{LANES, Node, PACKET, Packet, STACK, TriangleTree, closest_point_on_triangle};
+use crate::FacePoint;
 use crate::hierarchy::WIDTH;
 use ndf_core::{DVec3, Hint};
 
@@ -11,10 +12,8 @@ use ndf_core::{DVec3, Hint};
 pub struct ClosestPoint {
     /// The point of the mesh.
     pub point: DVec3,
-    /// A face that contains it.
-    pub face: u32,
-    /// Its barycentric coordinates in that face; they sum to 1.
-    pub barycentric: [f64; 3],
+    /// The same in a face that contains it.
+    pub at: FacePoint,
     /// Its squared distance to the query.
     pub distance_squared: f64,
 }
@@ -22,7 +21,7 @@ pub struct ClosestPoint {
 impl ClosestPoint {
     /// The hint for a query near this one.
     pub fn hint(&self) -> Hint {
-        Hint(self.face)
+        Hint(self.at.face)
     }
 }
 
@@ -72,7 +71,11 @@ impl TriangleTree {
         let face = self.arch.dispatch(search)?;
         let triangle = self.triangle(face).expect("a face that was found is in the tree");
         let (point, barycentric) = closest_point_on_triangle(p, triangle);
-        Some(ClosestPoint { point, face, barycentric, distance_squared: point.distance_squared(p) })
+        Some(ClosestPoint {
+            point,
+            at: FacePoint { face, barycentric },
+            distance_squared: point.distance_squared(p),
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{LANES, Node, PACKET, Packet, STACK, TriangleTree};
+use crate::FacePoint;
 use crate::hierarchy::WIDTH;
 use ndf_core::DVec3;
 
@@ -11,10 +12,8 @@ use ndf_core::DVec3;
 pub struct RayHit {
     /// The hit is at `origin + t · direction`.
     pub t: f64,
-    /// The face; hit from either side.
-    pub face: u32,
-    /// Barycentric coordinates in that face; they sum to 1.
-    pub barycentric: [f64; 3],
+    /// Where that is in the face, which is hit from either side.
+    pub at: FacePoint,
 }
 
 impl TriangleTree {
@@ -153,7 +152,7 @@ impl Packet {
         first.map(|i| {
             let [u, v, w] = [sides[0][i], sides[1][i], sides[2][i]];
             let barycentric = [u / (u + v + w), v / (u + v + w), w / (u + v + w)];
-            RayHit { t: times[i], face: self.faces[i], barycentric }
+            RayHit { t: times[i], at: FacePoint { face: self.faces[i], barycentric } }
         })
     }
 

@@ -47,8 +47,8 @@ fn assert_agrees(mesh: &TriangleMesh, p: DVec3, found: Option<ClosestPoint>, tru
             let (a, b) = (found.distance_squared.sqrt(), truth.sqrt());
             assert!((a - b).abs() <= rounding + 4.0 * f64::EPSILON * b, "{p}: {a} instead of {b}");
             assert_eq!(found.distance_squared, found.point.distance_squared(p));
-            let [x, y, z] = mesh.corner_positions(found.face);
-            let [u, v, w] = found.barycentric;
+            let [x, y, z] = mesh.corner_positions(found.at.face);
+            let [u, v, w] = found.at.barycentric;
             assert!((u + v + w - 1.0).abs() < 1e-12 && u.min(v).min(w) > -1e-12);
             let apart = (x * u + y * v + z * w).distance(found.point);
             assert!(apart <= 4.0 * rounding + 1e-14 * b, "{apart}");
@@ -144,8 +144,8 @@ fn first_hits_agree_with_brute_force() {
             match (found, truth) {
                 (Some(hit), Some(t)) => {
                     assert!((hit.t - t).abs() <= 1e-9 * t.max(1.0), "{} instead of {t}", hit.t);
-                    let [a, b, c] = mesh.corner_positions(hit.face);
-                    let [u, v, w] = hit.barycentric;
+                    let [a, b, c] = mesh.corner_positions(hit.at.face);
+                    let [u, v, w] = hit.at.barycentric;
                     let apart = (a * u + b * v + c * w).distance(origin + direction * hit.t);
                     assert!(apart < 1e-9, "{apart}");
                 }

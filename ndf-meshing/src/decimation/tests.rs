@@ -18,16 +18,16 @@ fn decimated(mesh: &ManifoldMesh, faces: usize) -> Decimated {
 
 /// Root-mean-square and largest distance of samples of `from` to `to`.
 fn distances(from: &ManifoldMesh, to: &ManifoldMesh) -> (f64, f64) {
-    let tree = TriangleTree::new(to.as_triangle_mesh());
-    let samples = AreaSampler::of_manifold(from).unwrap().sample(5_000, 1, 0);
+    let tree = TriangleTree::new(to);
+    let samples = AreaSampler::new(from).unwrap().sample(5_000, 1, 0);
     let square = |p| tree.closest_point(p, Hint::NONE).unwrap().distance_squared;
-    let squares: Vec<f64> = samples.iter().map(|s| square(s.position(from.as_triangle_mesh()))).collect();
+    let squares: Vec<f64> = samples.iter().map(|s| square(s.position(from))).collect();
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     (mean.sqrt(), squares.iter().copied().fold(0.0, f64::max).sqrt())
 }
 
 fn check_same_topology(before: &ManifoldMesh, after: &ManifoldMesh) {
-    let [a, b] = [before, after].map(|m| ValidationReport::of(m.as_triangle_mesh()));
+    let [a, b] = [before, after].map(|m| ValidationReport::of(m));
     assert!(b.is_oriented_manifold(), "{b}");
     assert_eq!(a.euler_characteristic, b.euler_characteristic);
     assert_eq!(a.components, b.components);
@@ -49,8 +49,7 @@ fn topology_boundary_and_orientation_are_kept() {
         assert!((faces - 1..=faces).contains(&coarse.mesh.face_count()));
         check_same_topology(&fine, &coarse.mesh);
         if fine.boundary_edge_count() == 0 {
-            let ratio =
-                coarse.mesh.as_triangle_mesh().signed_volume() / fine.as_triangle_mesh().signed_volume();
+            let ratio = coarse.mesh.signed_volume() / fine.signed_volume();
             assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
         }
     }
@@ -70,11 +69,11 @@ fn flat_regions_cost_nothing() {
     let coarse = decimated(&cube, 12);
     assert!(coarse.reached, "{} faces", coarse.mesh.face_count());
     assert!(distances(&cube, &coarse.mesh).1 < 1e-7);
-    assert!((coarse.mesh.as_triangle_mesh().area() - 24.0).abs() < 1e-6);
+    assert!((coarse.mesh.area() - 24.0).abs() < 1e-6);
     let grid = manifold(shapes::grid(25, 25));
     let coarse = decimated(&grid, 2);
     assert!(coarse.mesh.face_count() <= 8, "{}", coarse.mesh.face_count());
-    assert!((coarse.mesh.as_triangle_mesh().area() - 1.0).abs() < 1e-7);
+    assert!((coarse.mesh.area() - 1.0).abs() < 1e-7);
 }
 
 #[test]

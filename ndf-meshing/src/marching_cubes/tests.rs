@@ -67,7 +67,7 @@ fn check_random(seed: u64, choose: impl Fn(&mut ChaCha8Rng) -> f64) {
     let options = MarchingCubesOptions { grid: 5, refinement: 0, bounds: None };
     let found = marching_cubes(&field, &options, &NoProgress).unwrap();
     assert_eq!(found.cells, [7; 3]);
-    let report = ValidationReport::of(found.mesh.as_triangle_mesh());
+    let report = ValidationReport::of(&found.mesh);
     assert!(report.is_oriented_manifold(), "seed {seed}: {report}");
     assert_eq!(report.degenerate_faces.count, 0, "seed {seed}");
     for h in (0..found.mesh.halfedge_count() as u32).filter(|&h| found.mesh.twin(h).is_none()) {
@@ -128,7 +128,7 @@ fn orientation_is_outward_on_both_sides_of_the_level() {
         ..Formula::new(1.0, |p: DVec3| (-2.0 * p.length_squared()).exp() - 0.2)
     };
     for mesh in [mesh_of(&below, 16).mesh, mesh_of(&above, 16).mesh] {
-        assert!(mesh.as_triangle_mesh().signed_volume() > 0.5);
+        assert!(mesh.signed_volume() > 0.5);
         assert_eq!(mesh.boundary_edge_count(), 0);
     }
 }
@@ -204,7 +204,7 @@ fn errors_say_what_is_wrong() {
         ..Formula::new(1.0, |p: DVec3| 0.3 * (9.0 * p.x).sin() + 0.3 * (7.0 * p.y).cos() * (8.0 * p.z).sin())
     };
     match marching_cubes(&liar, &options(32), &NoProgress) {
-        Ok(found) => assert!(ValidationReport::of(found.mesh.as_triangle_mesh()).is_oriented_manifold()),
+        Ok(found) => assert!(ValidationReport::of(&found.mesh).is_oriented_manifold()),
         Err(e) => {
             assert!(matches!(
                 e,

@@ -7,7 +7,7 @@
 
 use ndf_core::projected;
 use ndf_core::{DVec3, Hint, Query, Surface};
-use ndf_mesh::triangle_tree::TriangleTree;
+use ndf_mesh::{FacePoint, TriangleTree};
 use rayon::prelude::*;
 
 use super::{SurfacePointNormal, Target, quality_around};
@@ -46,8 +46,7 @@ const LEAST_COSINE: f64 = 0.3;
 /// A point of a face and the plane it should be on.
 #[derive(Clone, Copy)]
 struct Pull {
-    face: u32,
-    barycentric: [f64; 3],
+    at: FacePoint,
     weight: f64,
     /// Point and normal of the surface.
     foot: DVec3,
@@ -70,9 +69,9 @@ impl Match {
         let (back, from) = feet_of_points(mesh, target.points);
         pulls.extend(back);
         // Stable: those of a face keep their order.
-        pulls.sort_by_key(|pull| pull.face);
+        pulls.sort_by_key(|pull| pull.at.face);
         let faces = mesh.halfedge_count() as u32 / 3;
-        let starts = (0..=faces).map(|f| pulls.partition_point(|pull| pull.face < f)).collect();
+        let starts = (0..=faces).map(|f| pulls.partition_point(|pull| pull.at.face < f)).collect();
         let squares = [Some(onto), from].into_iter().flatten();
         let mean = squares.clone().sum::<f64>() / squares.count() as f64;
         Self { pulls, starts, distance: mean.sqrt() }
@@ -92,19 +91,18 @@ fn feet_of_samples(mesh: &HalfedgeMesh, surface: &dyn Surface) -> (Vec<Pull>, f6
         let corners = corners_of(mesh, face);
         let cross = cross(corners);
         for (barycentric, weight) in RULE {
-            queries.push(Query { normal: cross.try_normalize(), ..Query::at(at(corners, barycentric)) });
-            samples.push((face, barycentric, weight * 0.5 * cross.length()));
+            let at = FacePoint { face, barycentric };
+            queries.push(Query { normal: cross.try_normalize(), ..Query::at(at.interpolate(corners)) });
+            samples.push((at, weight * 0.5 * cross.length()));
         }
     }
     let (mut sum, mut total, mut pulls) = (0.0, 0.0, Vec::new());
-    for ((query, found), (face, barycentric, weight)) in
-        queries.iter().zip(projected(surface, &queries)).zip(samples)
-    {
+    for ((query, found), (at, weight)) in queries.iter().zip(projected(surface, &queries)).zip(samples) {
         let Ok(found) = found else { continue };
         sum += weight * found.point.distance_squared(query.point);
         total += weight;
         if query.normal.is_some_and(|n| n.dot(found.normal) > LEAST_COSINE) {
-            pulls.push(Pull { face, barycentric, weight, foot: found.point, normal: found.normal });
+            pulls.push(Pull { at, weight, foot: found.point, normal: found.normal });
         }
     }
     (pulls, if total > 0.0 { sum / total } else { 0.0 })
@@ -125,8 +123,7 @@ fn feet_of_points(mesh: &HalfedgeMesh, points: &[SurfacePointNormal]) -> (Vec<Pu
         .map(|&[foot, normal]| {
             let alike = |f: u32| normals[f as usize].dot(normal) > LEAST_COSINE;
             let found = tree.closest_point_where(foot, Hint::NONE, alike)?;
-            let (face, barycentric) = (found.face, found.barycentric);
-            Some((Pull { face, barycentric, weight, foot, normal }, found.distance_squared))
+            Some((Pull { at: found.at, weight, foot, normal }, found.distance_squared))
         })
         .collect();
     let sum: f64 = closest.iter().flatten().map(|(_, square)| square).sum();
@@ -137,10 +134,6 @@ fn feet_of_points(mesh: &HalfedgeMesh, points: &[SurfacePointNormal]) -> (Vec<Pu
 
 fn corners_of(mesh: &HalfedgeMesh, face: u32) -> [DVec3; 3] {
     mesh.corners(3 * face).map(|v| mesh.position(v))
-}
-
-fn at(corners: [DVec3; 3], barycentric: [f64; 3]) -> DVec3 {
-    corners[0] * barycentric[0] + corners[1] * barycentric[1] + corners[2] * barycentric[2]
 }
 
 /// Fits the interior vertices and returns the root-mean-square distance then. A fit that does not bring the
@@ -173,10 +166,10 @@ fn fit_vertex(mesh: &mut HalfedgeMesh, v: u32, pairs: &Match) {
     for o in mesh.fan(v) {
         let corners = corners_of(mesh, o / 3);
         for pull in pairs.of_face(o / 3) {
-            let share = pull.barycentric[o as usize % 3];
+            let share = pull.at.barycentric[o as usize % 3];
             if share > LEAST_SHARE {
                 // The point is on the plane when the vertex is on one further out. Relative to the vertex.
-                let gap = pull.normal.dot(pull.foot - at(corners, pull.barycentric));
+                let gap = pull.normal.dot(pull.foot - pull.at.interpolate(corners));
                 let weight = pull.weight * share * share;
                 planes += Quadric::plane(pull.normal * (gap / share), pull.normal, weight);
             }

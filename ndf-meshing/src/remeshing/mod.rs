@@ -11,8 +11,9 @@ mod relaxation;
 mod tests;
 
 use ndf_core::{DVec3, Progress, Surface};
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::{AreaSampler, FaceSample};
+use ndf_mesh::sampling::AreaSampler;
 
 use crate::halfedge_mesh::{HalfedgeMesh, previous};
 use crate::triangle_shape::{agree, cross, quality};
@@ -32,9 +33,9 @@ pub struct Target<'a> {
 /// `count` points of a fine mesh, uniform by area, with the normals of their faces: points for a [`Target`].
 /// Always the same; none if the mesh has no area.
 pub fn spread_points(mesh: &ManifoldMesh, count: usize) -> Vec<SurfacePointNormal> {
-    let mesh_of_faces = mesh.as_triangle_mesh();
-    let samples = AreaSampler::of_manifold(mesh).map_or(Vec::new(), |sampler| sampler.sample(count, 0, 0));
-    let point = |s: FaceSample| [s.position(mesh_of_faces), mesh_of_faces.face_normal(s.face)];
+    let mesh_of_faces = &mesh;
+    let samples = AreaSampler::new(mesh).map_or(Vec::new(), |sampler| sampler.sample(count, 0, 0));
+    let point = |s: FacePoint| [s.position(mesh_of_faces), mesh_of_faces.face_normal(s.face)];
     samples.into_iter().map(point).filter(|[_, normal]| *normal != DVec3::ZERO).collect()
 }
 

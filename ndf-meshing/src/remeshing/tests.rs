@@ -17,7 +17,7 @@ fn check(mesh: &ManifoldMesh, surface: &dyn Surface) {
         improve(mesh, Some(&Target { surface, points: &[] }), &FinalPassOptions::default(), &NoProgress);
     let [before, after] = improved.distance.unwrap();
     assert!(after <= before, "{before} → {after}");
-    let report = ValidationReport::of(improved.mesh.as_triangle_mesh());
+    let report = ValidationReport::of(&improved.mesh);
     assert_eq!(report.degenerate_faces.count, 0);
     assert_eq!(improved.mesh.face_count(), mesh.face_count());
     assert_eq!(improved.mesh.euler_characteristic(), mesh.euler_characteristic());
@@ -51,7 +51,7 @@ fn flat_flips_need_no_surface() {
     let improved = improve(&mesh, None, &FinalPassOptions::default(), &NoProgress);
     assert!(improved.flips > 10);
     assert!(improved.distance.is_none());
-    assert!((improved.mesh.as_triangle_mesh().area() - 1.0).abs() < 1e-12);
+    assert!((improved.mesh.area() - 1.0).abs() < 1e-12);
     let middle = |m: &ManifoldMesh| smallest_angles(m)[m.face_count() / 2];
     assert!(middle(&improved.mesh) > middle(&mesh));
 }

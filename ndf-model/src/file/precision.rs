@@ -131,7 +131,7 @@ fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<M
     let spacing = (SPACING_BY_DISTANCE * distance).clamp(finest, spacing(LEAST_POSITION_BITS));
     let first = spacing.log2().floor();
     let normals = |mesh: &ManifoldMesh| -> Vec<DVec3> {
-        let mesh = mesh.as_triangle_mesh();
+        let mesh = &mesh;
         (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect()
     };
     let before = normals(base);

@@ -50,7 +50,7 @@ fn both() -> [Model; 2] {
 /// The same points of the surface, wherever in the list of vertices they are.
 fn images(model: &Model) -> Vec<[u64; 3]> {
     let base = model.field.base();
-    let mut samples = AreaSampler::of_manifold(base).unwrap().sample(1, 0, 0);
+    let mut samples = AreaSampler::new(base).unwrap().sample(1, 0, 0);
     let mut images = Vec::new();
     for face in 0..base.face_count() as u32 {
         // Corners and the centre, in the order of their places.
@@ -89,7 +89,7 @@ fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
         let raw = ManifoldMesh::try_from(shape).unwrap();
         for precision in [None, Some(Precision::default())] {
             let base = StoredBase::new(&raw, precision, 0.0).mesh;
-            let model = model_on(base.as_triangle_mesh().clone());
+            let model = model_on(TriangleMesh::clone(&base));
             let again = Model::from_bytes(&model.to_bytes()).unwrap();
             assert_eq!(again.field.base().positions(), base.positions());
             assert_eq!(again.field.base().faces(), base.faces());
@@ -114,7 +114,7 @@ fn positions_are_the_coarser_the_farther_the_surface() {
             mesh.positions().iter().zip(exact.mesh.positions()).map(|(p, q)| (*p - *q).abs().max_element());
         let most = (similarity.scale() * distance).max(5e-4);
         assert!(moves.fold(0.0, f64::max) <= 1.001 * most, "{distance}");
-        let size = model_on(mesh.as_triangle_mesh().clone()).section_sizes().base;
+        let size = model_on(TriangleMesh::clone(&mesh)).section_sizes().base;
         assert!(size < last, "{distance}: {size} bytes, {last} before");
         last = size;
     }

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::encoding::{IntrinsicEncoding, single};
 use super::network::IntrinsicNetwork;
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::sampling::FaceSample;
 use ndf_network::simd::{forward, forward_tangent};
 use ndf_network::{Activations, BLOCK};
 
@@ -28,7 +28,7 @@ impl IntrinsicNetwork {
     ///
     /// # Panics
     /// If `base` has another number of vertices than this was made for, or a face does not exist in it.
-    pub fn evaluate(&self, base: &ManifoldMesh, points: &[FaceSample]) -> Vec<f32> {
+    pub fn evaluate(&self, base: &ManifoldMesh, points: &[FacePoint]) -> Vec<f32> {
         let channels = self.passes().channels();
         let mut values = vec![0.0; points.len() * channels];
         self.evaluate_into(base, points, &[], &mut values, channels, |part, _, row, to| {
@@ -48,11 +48,11 @@ impl IntrinsicNetwork {
     pub(crate) fn evaluate_into<T: Send>(
         &self,
         base: &ManifoldMesh,
-        points: &[FaceSample],
+        points: &[FacePoint],
         directions: &[[f32; 3]],
         out: &mut [T],
         width: usize,
-        take: impl Fn(Part, &FaceSample, &[f32], &mut [T]) + Sync,
+        take: impl Fn(Part, &FacePoint, &[f32], &mut [T]) + Sync,
     ) {
         let positions = single(base.positions());
         let encoding = self.encoding(base, &positions);
@@ -82,7 +82,7 @@ impl IntrinsicNetwork {
 struct Evaluation<'a, T, F> {
     network: &'a IntrinsicNetwork,
     encoding: IntrinsicEncoding<'a>,
-    points: &'a [FaceSample],
+    points: &'a [FacePoint],
     directions: &'a [[f32; 3]],
     activations: &'a mut Activations,
     tangent: Option<&'a mut Activations>,
@@ -91,7 +91,7 @@ struct Evaluation<'a, T, F> {
     take: &'a F,
 }
 
-impl<T, F: Fn(Part, &FaceSample, &[f32], &mut [T])> WithSimd for Evaluation<'_, T, F> {
+impl<T, F: Fn(Part, &FacePoint, &[f32], &mut [T])> WithSimd for Evaluation<'_, T, F> {
     type Output = ();
 
     #[inline(always)]

@@ -21,10 +21,10 @@ use ndf_network::{Mlp, Packed};
 /// let passes = shape.passes(2, ChannelIndex::Output);
 /// let weights = vec![1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
 /// let network = IntrinsicNetwork::new(base.vertex_count(), shape, passes, features, [weights, vec![0.0; 2]].concat())?;
-/// let points = AreaSampler::of_manifold(&base).ok_or("no area")?.sample(10, 0, 0);
+/// let points = AreaSampler::new(&base).ok_or("no area")?.sample(10, 0, 0);
 /// for (values, point) in network.evaluate(&base, &points).chunks_exact(2).zip(&points) {
 ///     assert!((values[0] + 1.0).abs() < 1e-6);
-///     assert!((f64::from(values[1]) - point.position(base.as_triangle_mesh()).x).abs() < 1e-6);
+///     assert!((f64::from(values[1]) - point.position(&base).x).abs() < 1e-6);
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -14,9 +14,9 @@ pub use channel::Channel;
 pub use error::{MOST_CHANNELS, ScalarsError};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkShape, Part, Passes};
+use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::io::VertexScalars;
-use ndf_mesh::sampling::FaceSample;
 use ndf_network::{Activation, MlpShape};
 
 /// The sizes of the parts.
@@ -116,7 +116,7 @@ impl SurfaceScalars {
     ///
     /// # Panics
     /// If `base` has another number of vertices than these fields were made for, or a face does not exist in it.
-    pub fn evaluate(&self, base: &ManifoldMesh, points: &[FaceSample]) -> Vec<f32> {
+    pub fn evaluate(&self, base: &ManifoldMesh, points: &[FacePoint]) -> Vec<f32> {
         let channels = self.channels.as_slice();
         let mut values = vec![0.0; points.len() * channels.len()];
         self.network.evaluate_into(base, points, &[], &mut values, channels.len(), |part, _, row, to| {
@@ -132,7 +132,7 @@ impl SurfaceScalars {
     ///
     /// # Panics
     /// As `evaluate`.
-    pub fn columns(&self, base: &ManifoldMesh, points: &[FaceSample]) -> Vec<VertexScalars> {
+    pub fn columns(&self, base: &ManifoldMesh, points: &[FacePoint]) -> Vec<VertexScalars> {
         let values = self.evaluate(base, points);
         let column = |k: usize| values.iter().skip(k).step_by(self.channels.len()).copied().collect();
         let named = self.channels.iter().enumerate();

@@ -3,7 +3,7 @@
 use super::*;
 use crate::intrinsic_network::NetworkError;
 use ndf_mesh::sampling::AreaSampler;
-use ndf_mesh::shapes;
+use ndf_mesh::{FacePoint, shapes};
 
 /// Three channels, one of them constant, with random parameters.
 pub(crate) fn random(shape: ScalarShape, base_vertices: usize) -> SurfaceScalars {
@@ -89,7 +89,7 @@ fn shapes() -> [ScalarShape; 4] {
 }
 
 /// The network written down in f64, for one point and channel.
-fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FaceSample, k: usize) -> f64 {
+fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FacePoint, k: usize) -> f64 {
     let (network, channel) = (&fields.network, &fields.channels[k]);
     let shape = network.shape();
     let corners = base.faces()[point.face as usize];
@@ -98,7 +98,7 @@ fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FaceSample, k: us
         let features = &network.features()[v as usize * shape.features..];
         row.iter_mut().zip(features).for_each(|(to, f)| *to += b * f64::from(*f));
     }
-    let x = point.position(base.as_triangle_mesh()).to_array();
+    let x = point.position(base).to_array();
     row.extend(x);
     for turn in [f64::sin, f64::cos] {
         let octaves = (0..shape.octaves).map(|o| f64::from(1 << o) * std::f64::consts::PI);
@@ -129,7 +129,7 @@ fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FaceSample, k: us
 #[test]
 fn values_are_those_of_the_definition() {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
-    let points = AreaSampler::of_manifold(&base).unwrap().sample(1001, 0, 0);
+    let points = AreaSampler::new(&base).unwrap().sample(1001, 0, 0);
     for shape in shapes() {
         let fields = random(shape, base.vertex_count());
         let values = fields.evaluate(&base, &points);
@@ -161,9 +161,9 @@ fn a_base_vertex_has_one_value_whichever_face_it_is_asked_in() {
             let corner = |h: u32| {
                 let mut barycentric = [0.0; 3];
                 barycentric[h as usize % 3] = 1.0;
-                FaceSample { face: h / 3, barycentric }
+                FacePoint { face: h / 3, barycentric }
             };
-            let corners: Vec<FaceSample> = base.outgoing(v).map(corner).collect();
+            let corners: Vec<FacePoint> = base.outgoing(v).map(corner).collect();
             let values = fields.evaluate(&base, &corners);
             for other in values.chunks_exact(3) {
                 assert!(other.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6));

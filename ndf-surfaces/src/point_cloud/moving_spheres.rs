@@ -285,9 +285,8 @@ mod tests {
         let samples = AreaSampler::new(mesh).unwrap().sample(count, 13, 0);
         let normals: Vec<DVec3> = samples.iter().map(|s| mesh.face_normal(s.face)).collect();
         let uniform = |i: usize| 12.0_f64.sqrt() * ((i as f64 * 0.754_877_666).fract() - 0.5);
-        let place = |(i, s): (usize, &ndf_mesh::sampling::FaceSample)| {
-            s.position(mesh) + noise * uniform(i) * normals[i]
-        };
+        let place =
+            |(i, s): (usize, &ndf_mesh::FacePoint)| s.position(mesh) + noise * uniform(i) * normals[i];
         spheres_of(samples.iter().enumerate().map(place).collect(), normals.clone())
     }
 

@@ -119,7 +119,8 @@ mod tests {
     use super::super::cleaning::RawCloud;
     use super::*;
     use ndf_core::projected;
-    use ndf_mesh::sampling::{AreaSampler, FaceSample};
+    use ndf_mesh::FacePoint;
+    use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::shapes;
     use ndf_mesh::{TriangleMesh, TriangleTree};
     use std::sync::LazyLock;
@@ -160,7 +161,7 @@ mod tests {
     fn feet_are_near_the_true_surface_with_and_without_guides() {
         let mesh = knot();
         let samples = AreaSampler::new(&mesh).unwrap().sample(2000, 4, 0);
-        let query = |(i, s): (usize, &FaceSample)| {
+        let query = |(i, s): (usize, &FacePoint)| {
             let n = mesh.face_normal(s.face);
             let height = 4.0 * ((i as f64 * 0.754_877_666).fract() - 0.5) * KNOT.field().spacing();
             Query { normal: Some(n), ..Query::at(s.position(&mesh) + height * n) }
@@ -182,7 +183,7 @@ mod tests {
         let surface = OrientedCloud::new(&cloud(&rope, 20_000, 1.0), &WindingFieldOptions::default());
         let spacing = surface.field().spacing();
         let samples = AreaSampler::new(&rope).unwrap().sample(20_000, 5, 0);
-        let below = |s: &FaceSample| s.position(&rope) - 0.4 * spacing * rope.face_normal(s.face);
+        let below = |s: &FacePoint| s.position(&rope) - 0.4 * spacing * rope.face_normal(s.face);
         let queries: Vec<Query> = samples.iter().map(|s| Query::at(below(s))).collect();
         for (query, foot) in queries.iter().zip(projected(&surface, &queries)) {
             let nearest = surface.nearest(query.point).distance_squared.sqrt();

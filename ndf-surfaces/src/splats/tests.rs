@@ -161,7 +161,7 @@ fn neighbours(splats: &[Splat]) -> TriangleTree {
 
 fn closest(tree: &TriangleTree, splat: &Splat) -> Option<usize> {
     let center = DVec3::from_array(splat.center.map(f64::from));
-    tree.closest_point(center, ndf_core::Hint::NONE).map(|found| found.face as usize)
+    tree.closest_point(center, ndf_core::Hint::NONE).map(|found| found.at.face as usize)
 }
 
 fn covariances_agree(a: &Splat, b: &Splat) -> bool {

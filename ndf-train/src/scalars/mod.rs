@@ -162,7 +162,7 @@ pub fn fit(
     settings.validate()?;
     let values = Values::new(mesh, scalars)?;
     let base = model.field.base();
-    let sampler = AreaSampler::of_manifold(base).ok_or(ScalarError::NoBaseArea)?;
+    let sampler = AreaSampler::new(base).ok_or(ScalarError::NoBaseArea)?;
     let draw = |count, stream| values.draw(model, &sampler.sample(count, settings.seed, stream));
     // Before hours of training: whether the values are there at all, and whether they can be stored.
     let measured = draw(MEASURED_SAMPLES, MEASURING_STREAM)?;

@@ -60,11 +60,11 @@ fn smooth_fields_are_learned_in_their_own_units_and_constant_ones_exactly() {
         assert_eq!(report.channels[1], ChannelError::default());
         // The reported error is that at points of the base mesh, in the units of the values.
         let base = model.field.base();
-        let points = AreaSampler::of_manifold(base).unwrap().sample(2_000, 5, 0);
+        let points = AreaSampler::new(base).unwrap().sample(2_000, 5, 0);
         let columns = fields.columns(base, &points);
         let mut squares = 0.0;
         for (i, point) in points.iter().enumerate() {
-            let p = model.similarity.to_world(point.position(base.as_triangle_mesh()));
+            let p = model.similarity.to_world(point.position(base));
             // The closest point of the finer sphere is nearly that in the direction of the centre.
             let z = 3.0 + 10.0 * (p - DVec3::new(1.0, 2.0, 3.0)).normalize().z;
             squares += (f64::from(columns[0].values[i]) - z).powi(2);
@@ -156,7 +156,7 @@ fn gradients_agree_with_differences() {
     let base = model.field.base();
     let [height, _, saddle] = three(&mesh);
     let values = Values::new(&mesh, &[height, saddle]).unwrap();
-    let samples = AreaSampler::of_manifold(base).unwrap().sample(333, 3, 0);
+    let samples = AreaSampler::new(base).unwrap().sample(333, 3, 0);
     let drawn = || values.draw(&model, &samples).unwrap();
     // Training does not know of the clamping.
     let mut channels = values.channels.clone();

@@ -1,8 +1,8 @@
 //! What is to be learned: values at the vertices of a mesh, and where samples of the base mesh find theirs.
 
 use ndf_core::Hint;
+use ndf_mesh::FacePoint;
 use ndf_mesh::io::VertexScalars;
-use ndf_mesh::sampling::FaceSample;
 use ndf_mesh::{TriangleMesh, TriangleTree};
 use ndf_model::Model;
 use ndf_model::scalars::Channel;
@@ -35,7 +35,7 @@ pub(super) struct Foot {
 
 /// Samples of the base mesh, and the points of the mesh of the values closest to their images.
 pub(super) struct Drawn {
-    pub(super) points: Vec<FaceSample>,
+    pub(super) points: Vec<FacePoint>,
     pub(super) feet: Vec<Foot>,
     /// Squared distances between images and feet, in the user's units.
     distances_squared: Vec<f64>,
@@ -90,7 +90,7 @@ impl Values {
     }
 
     /// Maps points of the base mesh to the surface and finds their feet.
-    pub(super) fn draw(&self, model: &Model, points: &[FaceSample]) -> Result<Drawn, ScalarError> {
+    pub(super) fn draw(&self, model: &Model, points: &[FacePoint]) -> Result<Drawn, ScalarError> {
         let images = model.field.map(points);
         if let Some(i) = images.iter().position(|p| !p.is_finite()) {
             return Err(ScalarError::FieldNotFinite(points[i].face));
@@ -103,8 +103,8 @@ impl Values {
                 let closest =
                     self.tree.closest_point(p, hint).expect("the tree has faces, and the point is finite");
                 hint = closest.hint();
-                let weights = closest.barycentric.map(|b| b as f32);
-                (Foot { corners: self.faces[closest.face as usize], weights }, closest.distance_squared)
+                let weights = closest.at.barycentric.map(|b| b as f32);
+                (Foot { corners: self.faces[closest.at.face as usize], weights }, closest.distance_squared)
             })
         });
         let (feet, distances_squared) = found.collect::<Vec<_>>().into_iter().unzip();
