@@ -25,7 +25,7 @@ fn main() -> std::io::Result<()> {
 /// An untrained model of a sphere: plain, rounded, and as tensors.
 fn models() -> Vec<(&'static str, Vec<u8>)> {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
-    let StoredBase { mesh: base, similarity } = StoredBase::new(&base, Some(Precision::default()), 0.0);
+    let StoredBase { mesh: base, similarity, .. } = StoredBase::new(&base, Some(Precision::default()), 0.0);
     let field = DisplacementField::untrained(base, FieldShape::default(), 0).expect("the parts fit");
     let model = Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() };
     let rounded = model.rounded(Precision::default());

@@ -32,7 +32,7 @@ fn main() {
 
 fn made() -> Model {
     let base = ManifoldMesh::try_from(shapes::trefoil_knot(200, 10, 0.2)).expect("a knot is a manifold");
-    let StoredBase { mesh: base, similarity } = StoredBase::new(&base, Some(Precision::default()), 0.0);
+    let StoredBase { mesh: base, similarity, .. } = StoredBase::new(&base, Some(Precision::default()), 0.0);
     let shape = FieldShape::default();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut numbers = |n: usize| (0..n).map(|_| rng.random_range(-0.5..0.5)).collect::<Vec<f32>>();

@@ -105,6 +105,11 @@ impl Gradients {
         &self.deltas[0]
     }
 
+    /// The same rows, to be added to.
+    pub fn input_mut(&mut self) -> &mut [f32] {
+        &mut self.deltas[0]
+    }
+
     /// Adds the gradients to `sums`, in the order of [`Mlp::parameters`](super::Mlp::parameters).
     pub fn add_to(&self, sums: &mut [f32]) {
         let mut rest = sums;

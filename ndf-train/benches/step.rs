@@ -12,33 +12,17 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
+use ndf_core::analytic::Sphere;
+use ndf_core::glam::Vec3;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
-use ndf_train::terms::{LossTerm, SampleGradients, Samples};
+use ndf_train::objective::{Block, Gradients, Needs, Term};
 use ndf_train::{ReverseMap, Settings, Trainer};
 
 #[path = "../../ndf-network/benches/peak/mod.rs"]
 mod peak;
 #[path = "peers/tape.rs"]
 mod tape;
-
-struct Sphere;
-
-impl Surface for Sphere {
-    fn bounds(&self) -> BoundingBox {
-        BoundingBox { min: DVec3::NEG_ONE, max: DVec3::ONE }
-    }
-
-    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            *foot = match query.point.try_normalize() {
-                Some(n) => Ok(Foot { point: n, normal: n, hint: Hint::NONE }),
-                None => Err(Miss::OutOfReach),
-            };
-        }
-    }
-}
 
 /// Measurements of each kind, in turns.
 const ROUNDS: usize = 8;
@@ -52,18 +36,18 @@ fn products(inputs: usize) -> f64 {
 /// A term that looks at the tangents and adds nothing.
 struct Normals;
 
-impl LossTerm for Normals {
-    fn name(&self) -> &'static str {
+impl Term for Normals {
+    fn name(&self) -> &str {
         "normals"
     }
 
-    fn needs_tangents(&self) -> bool {
-        true
+    fn needs(&self) -> Needs {
+        Needs::TANGENTS
     }
 
-    fn accumulate(&self, samples: &Samples<'_>, _weight: f32, _gradients: &mut SampleGradients<'_>) -> f64 {
-        let [u, v] = samples.tangents;
-        let across = |(u, v): (&[f32; 3], &[f32; 3])| u[1] * v[2] - u[2] * v[1];
+    fn accumulate(&self, block: &Block<'_>, _weight: f32, _gradients: &mut Gradients<'_>) -> f64 {
+        let [u, v] = block.tangents;
+        let across = |(u, v): (&Vec3, &Vec3)| u.y * v.z - u.z * v.y;
         std::hint::black_box(u.iter().zip(v).map(across).sum::<f32>());
         0.0
     }
@@ -104,7 +88,7 @@ fn time(tangents: Tangents, threads: usize) -> (f64, f64, f64, f64) {
     let work = 2.0 * (rows * products(11) + 3.0 * products(51)) * settings.samples as f64;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be had");
     pool.install(|| {
-        let mut trainer = Trainer::new(&Sphere, &base, &settings).expect("settings are usable");
+        let mut trainer = Trainer::new(&Sphere::UNIT, &base, &settings).expect("settings are usable");
         if tangents == Tangents::Values {
             trainer = trainer.with_term(1.0, Arc::new(Normals));
         }

@@ -5,7 +5,8 @@ use ndf_core::{DVec3, Query, Surface};
 use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
-use ndf_model::file::StoredBase;
+use ndf_model::file::{BaseOrder, StoredBase};
+use ndf_model::intrinsic_network::single;
 
 use crate::error::TrainError;
 use crate::settings::Settings;
@@ -34,7 +35,7 @@ pub fn stored_base(
 /// Root of the mean squared distance of the base mesh from the surface, in the surface's units; 0 where it finds none.
 fn distance(surface: &dyn Surface, base: &ManifoldMesh, seed: u64) -> f64 {
     let Some(sampler) = AreaSampler::new(base) else { return 0.0 };
-    let mesh = &base;
+    let mesh = base;
     let query = |sample: &FacePoint| {
         let normal = Some(mesh.face_normal(sample.face)).filter(|&n| n != DVec3::ZERO);
         Query { normal, ..Query::at(sample.position(mesh)) }
@@ -47,9 +48,31 @@ fn distance(surface: &dyn Surface, base: &ManifoldMesh, seed: u64) -> f64 {
     (sum / f64::from(count.max(1))).sqrt()
 }
 
+/// What training needs of the faces of a stored base mesh.
+pub(crate) struct Base {
+    pub(crate) faces: Vec<[u32; 3]>,
+    /// Rounded.
+    pub(crate) positions: Vec<[f32; 3]>,
+    /// Derivatives of the barycentric coordinates of every face along its orthonormal frame.
+    pub(crate) frames: Vec<[[f32; 3]; 2]>,
+    /// Where the parts are in the mesh that training was given.
+    pub(crate) order: BaseOrder,
+}
+
+impl Base {
+    pub(crate) fn new(mesh: &ManifoldMesh, order: BaseOrder) -> Self {
+        Self {
+            faces: mesh.faces().to_vec(),
+            positions: single(mesh.positions()),
+            frames: (0..mesh.face_count() as u32).map(|f| frame(mesh.corner_positions(f))).collect(),
+            order,
+        }
+    }
+}
+
 /// Derivatives of the barycentric coordinates along an orthonormal frame of a triangle whose first vector is along
 /// the side from corner 0 to corner 1; zero where the triangle has no area.
-pub(crate) fn frame([a, b, c]: [DVec3; 3]) -> [[f32; 3]; 2] {
+fn frame([a, b, c]: [DVec3; 3]) -> [[f32; 3]; 2] {
     let (p, q) = (b - a, c - a);
     let length = p.length();
     let along = q.dot(p) / length;

@@ -6,39 +6,14 @@ use ndf_mesh::FacePoint;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_model::Similarity;
 
-use crate::origin::Origin;
-use crate::terms::Target;
-
-/// A point of the base mesh, in single precision.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
-    pub(crate) face: u32,
-    pub(crate) barycentric: [f32; 3],
-}
-
-impl Sample {
-    pub(crate) fn new(sample: &FacePoint) -> Self {
-        Self { face: sample.face, barycentric: sample.barycentric.map(|b| b as f32) }
-    }
-
-    pub(crate) fn on_face(&self) -> FacePoint {
-        FacePoint { face: self.face, barycentric: self.barycentric.map(f64::from) }
-    }
-}
-
-/// Chunks a batch is cut into, whatever the number of threads, so that sums come out the same.
-pub(crate) const CHUNKS: usize = 32;
+use crate::engine::{CHUNKS, Chunks};
+use crate::objective::{Place, Target};
 
 /// Samples, ordered by face, with their targets.
 pub(crate) struct Batch {
-    pub(crate) samples: Vec<Sample>,
+    pub(crate) places: Vec<Place>,
     pub(crate) targets: Vec<Target>,
-    /// Samples of face f are `face_starts[f] .. face_starts[f + 1]`.
-    face_starts: Vec<u32>,
-    /// Chunk k has the faces `chunk_faces[k] .. chunk_faces[k + 1]`: whole faces, about as many samples in each.
-    pub(crate) chunk_faces: [u32; CHUNKS + 1],
-    /// Where the images come from, where the reverse map asks for it; else none.
-    pub(crate) origins: Vec<Origin>,
+    pub(crate) chunks: Chunks,
     /// Hint of the last foot of every sample.
     pub(crate) hints: Vec<Hint>,
     queries: Vec<Query>,
@@ -46,13 +21,11 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    pub(crate) fn new(samples: usize, faces: usize) -> Self {
+    pub(crate) fn new(samples: usize) -> Self {
         Self {
-            samples: vec![Sample { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
+            places: vec![Place { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
             targets: vec![Target::NONE; samples],
-            face_starts: vec![0; faces + 1],
-            chunk_faces: [0; CHUNKS + 1],
-            origins: Vec::new(),
+            chunks: Chunks::default(),
             hints: vec![Hint::NONE; samples],
             queries: vec![Query::at(DVec3::ZERO); samples],
             feet: vec![Err(Miss::OutOfReach); samples],
@@ -60,41 +33,27 @@ impl Batch {
     }
 
     /// Draws new samples. Hints stay: sample i of a stratified batch is near sample i of the last.
-    pub(crate) fn resample(&mut self, sampler: &AreaSampler, seed: u64, stream: u64) {
-        for (sample, drawn) in self.samples.iter_mut().zip(sampler.sample(self.targets.len(), seed, stream)) {
-            *sample = Sample::new(&drawn);
+    pub(crate) fn resample(&mut self, sampler: &AreaSampler, face_count: usize, seed: u64, stream: u64) {
+        for (place, drawn) in self.places.iter_mut().zip(sampler.sample(self.targets.len(), seed, stream)) {
+            *place = Place::new(&drawn);
         }
-        let faces = self.face_starts.len() as u32 - 1;
-        let mut next = 0;
-        for f in 0..=faces {
-            while next < self.samples.len() && self.samples[next].face < f {
-                next += 1;
-            }
-            self.face_starts[f as usize] = next as u32;
-        }
-        for (k, first) in self.chunk_faces.iter_mut().enumerate() {
-            let sample = (k * self.samples.len() / CHUNKS) as u32;
-            *first = self.face_starts.partition_point(|&start| start < sample) as u32;
-        }
-        self.chunk_faces[CHUNKS] = faces;
+        self.chunks = Chunks::new(&self.places, face_count, CHUNKS);
     }
 
     /// Whether samples have been drawn.
     pub(crate) fn is_drawn(&self) -> bool {
-        self.face_starts.last() != Some(&0)
+        !self.chunks.is_empty()
     }
 
-    /// Samples of these faces.
-    pub(crate) fn samples_of(&self, faces: std::ops::Range<u32>) -> std::ops::Range<usize> {
-        self.face_starts[faces.start as usize] as usize..self.face_starts[faces.end as usize] as usize
+    /// Where the samples are on the base mesh.
+    pub(crate) fn on_faces(&self) -> Vec<FacePoint> {
+        self.places.iter().map(Place::on_face).collect()
     }
 
     /// Takes the samples' own places as targets.
     pub(crate) fn stay(&mut self, images: impl Iterator<Item = DVec3>) {
         for (target, x) in self.targets.iter_mut().zip(images) {
-            // Any unit normals: only points are compared.
-            let up = [0.0, 0.0, 1.0];
-            *target = Target { foot: x.as_vec3().to_array(), normal: up, surface_normal: up };
+            *target = Target::point(x.as_vec3());
         }
     }
 
@@ -121,8 +80,8 @@ impl Batch {
                 // surface's normal serves where the distance is too short to have a direction.
                 let away = similarity.to_normalised(query.point) - p;
                 let normal = if away.length_squared() > 1e-12 { away.normalize() } else { foot.normal };
-                let single = |v: DVec3| v.as_vec3().to_array();
-                Target { foot: single(p), normal: single(normal), surface_normal: single(foot.normal) }
+                let surface_normal = foot.normal.as_vec3();
+                Target { foot: p.as_vec3(), normal: normal.as_vec3(), surface_normal }
             });
         }
     }

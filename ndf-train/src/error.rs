@@ -16,6 +16,17 @@ pub enum TrainError {
     /// The base mesh does not make a field.
     #[error(transparent)]
     Field(#[from] NetworkError),
+    /// A run is resumed with another objective.
+    #[error("the checkpoint is of a run with the terms {expected}; this run has {found}")]
+    OtherTerms {
+        /// Names of the terms of the checkpoint.
+        expected: String,
+        /// Names of the terms of the run.
+        found: String,
+    },
+    /// A run is resumed with another term of the same name, or at another weight.
+    #[error("the term {0} is not the one with which the run of the checkpoint was begun")]
+    OtherTerm(String),
     /// A loss became NaN, infinite or absurd.
     #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
     Diverged {

@@ -67,7 +67,7 @@ pub struct LogRecord<'a> {
     /// Epoch, rate, projection and cycle loss.
     pub losses: EpochLosses,
     /// Name and unweighted mean of every term.
-    pub terms: &'a [(&'static str, f64)],
+    pub terms: &'a [(String, f64)],
     /// Share of the batch whose normal opposes the surface's.
     pub flipped_fraction: f64,
     /// Wall seconds since training began.
@@ -119,16 +119,16 @@ pub fn train(
                     losses,
                     terms: trainer.term_means(),
                     flipped_fraction: trainer.flipped_fraction()?,
-                    seconds: trainer.elapsed().as_secs_f64(),
-                    seconds_projecting: trainer.projecting.as_secs_f64(),
+                    seconds: trainer.clock.elapsed().as_secs_f64(),
+                    seconds_projecting: trainer.clock.projecting.as_secs_f64(),
                 });
             }
-            let out_of_time = trainer.settings.time_limit.is_some_and(|t| trainer.elapsed() >= t);
+            let out_of_time = trainer.plan.settings.time_limit.is_some_and(|t| trainer.clock.elapsed() >= t);
             if out_of_time || progress.cancelled() {
                 interrupted = true;
                 break;
             }
-            if trainer.epoch() == trainer.settings.identity_epochs {
+            if trainer.at_stage_start() {
                 // No way back into a stage that is over.
                 kept = [trainer.state.clone(), trainer.state.clone()];
             } else if batches % BATCHES_KEPT == 0 {
@@ -154,7 +154,7 @@ pub fn train(
     let measured = measure(trainer, &field);
     let cycle_loss = last.and_then(|losses| losses.cycle);
     let report = FitReport { cycle_loss, interrupted, retreats, ..measured };
-    Ok((Fit { field, similarity: trainer.similarity, report }, checkpoint))
+    Ok((Fit { field, similarity: trainer.plan.similarity, report }, checkpoint))
 }
 
 fn report(trainer: &Trainer<'_>, last: Option<EpochLosses>, progress: &dyn Progress) {
@@ -166,12 +166,12 @@ fn report(trainer: &Trainer<'_>, last: Option<EpochLosses>, progress: &dyn Progr
 
 /// Measures `field` on fresh samples with true projections.
 fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
-    let samples = trainer.sampler.sample(MEASURED_SAMPLES, trainer.settings.seed, MEASURING_STREAM);
+    let samples = trainer.plan.sampler.sample(MEASURED_SAMPLES, trainer.plan.settings.seed, MEASURING_STREAM);
     let mapped = field.map_with_tangents(&samples);
-    let similarity = &trainer.similarity;
+    let similarity = &trainer.plan.similarity;
     let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
     let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
-    for (foot, mapped) in projected(trainer.truth(), &queries).iter().zip(&mapped) {
+    for (foot, mapped) in projected(trainer.plan.truth(), &queries).iter().zip(&mapped) {
         if let Ok(foot) = foot {
             let distance = similarity.to_normalised(foot.point).distance(mapped.point);
             squares += distance * distance;
@@ -183,8 +183,8 @@ fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
     let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
     FitReport {
         epochs: trainer.epoch(),
-        seconds: trainer.elapsed().as_secs_f64(),
-        seconds_projecting: trainer.projecting.as_secs_f64(),
+        seconds: trainer.clock.elapsed().as_secs_f64(),
+        seconds_projecting: trainer.clock.projecting.as_secs_f64(),
         projection_rms: (squares / hits.max(1) as f64).sqrt(),
         projection_max: largest,
         cycle_loss: None,

@@ -1,29 +1,42 @@
 //! Learning a displacement field from any [`Surface`](ndf_core::Surface).
 //!
-//! The way of a sample through an epoch: `batch` draws it on the base mesh and now and then projects its image
-//! onto the surface; `step` carries it through g, the [terms] of the objective, and back, one block at a time;
-//! `optimiser` moves the parameters. [`Trainer`] makes epochs, [`train`] a whole run of them, [`fit`] a run from
+//! The way of a sample through an epoch: it is drawn on the base mesh, and now and then its image is projected
+//! onto the surface; a block of samples at a time goes through g, the [terms](objective::Term) of the objective, and back;
+//! Adam moves the parameters. [`Trainer`] makes epochs, [`train`] a whole run of them, [`fit`] a run from
 //! surface and base mesh to field. [`scalars`] learns fields on the surface of a model.
+//!
+//! ```
+//! use ndf_core::analytic::Sphere;
+//! use ndf_core::progress::NoProgress;
+//! use ndf_mesh::{ManifoldMesh, shapes};
+//! use ndf_train::{Settings, fit};
+//!
+//! let base = ManifoldMesh::try_from(shapes::icosphere(1))?;
+//! let settings = Settings { epochs: 300, samples: 512, ..Settings::default() };
+//! let fit = fit(&Sphere::UNIT, &base, &settings, &NoProgress)?;
+//! // In the box of side 3 the sphere has radius 1.5; its base mesh is up to 0.2 away.
+//! assert!(fit.report.projection_rms < 0.02);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-mod anchors;
 mod base;
 mod batch;
-mod cycle;
-mod epoch;
+mod clock;
+#[cfg(any(test, feature = "conformance"))]
+pub mod conformance;
+mod engine;
 mod error;
 mod fit;
 #[cfg(test)]
 mod gradient_tests;
-mod objective;
-mod optimiser;
-mod origin;
+pub mod objective;
+mod plan;
 mod provenance;
-mod rounding;
 pub mod scalars;
 mod settings;
 mod state;
 mod step;
-pub mod terms;
+pub mod tape;
 mod trainer;
 
 pub use base::stored_base;
@@ -33,3 +46,6 @@ pub use provenance::provenance;
 pub use settings::{ReverseMap, Schedule, Settings, SettingsError};
 pub use state::{Checkpoint, CheckpointError};
 pub use trainer::{EpochLosses, Trainer};
+
+/// Of which [`objective::Term::state`] gives a value.
+pub use serde_json;

@@ -8,7 +8,7 @@ use ndf_model::{FieldShape, NetworkShape};
 use ndf_network::{MlpShape, encoding};
 use serde::{Deserialize, Serialize};
 
-use crate::rounding;
+use crate::engine::rounded_epochs;
 
 /// How the learning rate falls from the first epoch to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -159,7 +159,7 @@ impl Settings {
 
     /// Epochs, of the last ones, in which numbers are rounded.
     pub(crate) fn rounded_epochs(&self) -> usize {
-        self.precision.map_or(0, |_| rounding::rounded_epochs(self.epochs, self.rounded_share))
+        self.precision.map_or(0, |_| rounded_epochs(self.epochs, self.rounded_share))
     }
 
     /// Shape of the reverse map's network, where there is one.

@@ -6,11 +6,15 @@ use std::time::Duration;
 use ndf_core::Hint;
 use ndf_mesh::io::atomic_write;
 use ndf_model::Model;
-use ndf_model::file::Grids;
+use ndf_model::file::{BaseOrder, Grids};
 use ndf_network::Mlp;
 use serde::{Deserialize, Serialize};
 
-use crate::optimiser::Moments;
+use crate::engine::Learned;
+use crate::engine::optimiser::Moments;
+use crate::error::TrainError;
+use crate::objective::Cycle;
+use crate::plan::TermRecord;
 use crate::settings::Settings;
 
 const MAGIC: &[u8; 8] = b"ndfchk1\n";
@@ -18,18 +22,56 @@ const MAGIC: &[u8; 8] = b"ndfchk1\n";
 /// Everything that changes from epoch to epoch.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    pub(crate) features: Vec<f32>,
-    pub(crate) theta: Mlp,
-    /// None where the reverse map has no network.
-    pub(crate) phi: Option<Mlp>,
-    /// Of features, θ and φ.
-    pub(crate) moments: [Moments; 3],
+    /// Features and g_θ.
+    pub(crate) learned: Learned,
+    /// The networks that terms brought along.
+    pub(crate) companions: Vec<Companion>,
     /// Epochs made, those of the identity stage first.
     pub(crate) epoch: usize,
     /// Factor on the learning rate: halved when training diverges.
     pub(crate) rate_factor: f32,
-    /// Where numbers are rounded to, from the first epoch in which they are.
-    pub(crate) grids: Option<Grids>,
+}
+
+/// A network that a term brought along.
+#[derive(Clone, Debug)]
+pub(crate) struct Companion {
+    /// Name of the term.
+    pub(crate) name: String,
+    pub(crate) parameters: Vec<f32>,
+    pub(crate) moments: Moments,
+}
+
+impl State {
+    /// The network of the term of this name.
+    pub(crate) fn companion(&mut self, name: &str) -> Option<&mut Companion> {
+        self.companions.iter_mut().find(|companion| companion.name == name)
+    }
+
+    /// Takes a term's network in, unless it is there already.
+    ///
+    /// # Errors
+    /// If it is there with another shape.
+    pub(crate) fn join(&mut self, name: &str, network: &Mlp) -> Result<(), TrainError> {
+        let count = network.parameters().len();
+        match self.companion(name) {
+            Some(companion) if companion.parameters.len() != count => {
+                return Err(TrainError::OtherTerm(name.to_owned()));
+            }
+            Some(_) => {}
+            None => self.companions.push(Companion {
+                name: name.to_owned(),
+                parameters: network.parameters().to_vec(),
+                moments: Moments::new(count),
+            }),
+        }
+        Ok(())
+    }
+
+    /// Lets the optimiser begin anew.
+    pub(crate) fn forget_moments(&mut self) {
+        let of_companions = self.companions.iter_mut().map(|companion| &mut companion.moments);
+        of_companions.chain(&mut self.learned.moments).for_each(Moments::clear);
+    }
 }
 
 /// A training run at the end of a batch: enough to go on exactly as if it had not been interrupted.
@@ -40,6 +82,10 @@ pub struct Checkpoint {
     pub(crate) hints: Vec<Hint>,
     /// Base mesh, field and similarity as learned so far.
     pub(crate) model: Model,
+    /// Where the parts of the base mesh are in the mesh that training was given.
+    pub(crate) order: BaseOrder,
+    /// The terms of the objective.
+    pub(crate) terms: Vec<TermRecord>,
     /// Wall time of training.
     pub(crate) time: Duration,
 }
@@ -48,7 +94,7 @@ pub struct Checkpoint {
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file cannot be read or written.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] std::io::Error),
     /// Not a checkpoint, or a damaged one.
     #[error("not a usable checkpoint: {0}")]
@@ -65,8 +111,11 @@ struct Header {
     grids: Option<Grids>,
     seconds: f64,
     hints: usize,
-    /// Floats of features, θ, φ.
-    counts: [usize; 3],
+    /// Floats of features and θ.
+    counts: [usize; 2],
+    /// Names and floats of the networks of terms.
+    networks: Vec<(String, usize)>,
+    terms: Vec<TermRecord>,
     model_bytes: usize,
 }
 
@@ -110,13 +159,14 @@ impl Checkpoint {
         Self::from_bytes(&std::fs::read(path)?)
     }
 
-    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints as u32, then for
-    /// features, θ and φ the values, first and second moments as f32; all little-endian.
+    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints and the order of base faces
+    /// and vertices as u32, then for features, θ and the networks of terms the values, first and second moments as f32; all
+    /// little-endian.
     fn to_bytes(&self) -> Vec<u8> {
         let model = self.model.to_bytes();
-        let State { features, theta, phi, moments, epoch, rate_factor, grids } = &self.state;
-        let phi = phi.as_ref().map_or(&[][..], Mlp::parameters);
-        let groups = [features.as_slice(), theta.parameters(), phi];
+        let State { learned, companions, epoch, rate_factor } = &self.state;
+        let Learned { features, mlp, moments, grids } = learned;
+        let own = [features.as_slice(), mlp.parameters()];
         let header = Header {
             settings: self.settings.clone(),
             epoch: *epoch,
@@ -124,15 +174,21 @@ impl Checkpoint {
             grids: grids.clone(),
             seconds: self.time.as_secs_f64(),
             hints: self.hints.len(),
-            counts: groups.map(<[f32]>::len),
+            counts: own.map(<[f32]>::len),
+            networks: companions.iter().map(|c| (c.name.clone(), c.parameters.len())).collect(),
+            terms: self.terms.clone(),
             model_bytes: model.len(),
         };
         let header = serde_json::to_vec(&header).expect("settings are finite numbers and have string keys");
         let mut rest = (header.len() as u64).to_le_bytes().to_vec();
         rest.extend(header);
         rest.extend(model);
-        rest.extend(self.hints.iter().flat_map(|h| h.0.to_le_bytes()));
-        for (values, moments) in groups.into_iter().zip(moments) {
+        let words =
+            self.hints.iter().map(|hint| &hint.0).chain(&self.order.faces).chain(&self.order.vertices);
+        rest.extend(words.flat_map(|word| word.to_le_bytes()));
+        let own = own.into_iter().zip(moments);
+        let groups = own.chain(companions.iter().map(|c| (c.parameters.as_slice(), &c.moments)));
+        for (values, moments) in groups {
             let [first, second] = moments.parts();
             rest.extend([values, first, second].into_iter().flatten().flat_map(|x| x.to_le_bytes()));
         }
@@ -163,8 +219,13 @@ impl Checkpoint {
         settings.validate().map_err(|e| content(&e.to_string()))?;
         let model = Model::from_bytes(take(header.model_bytes)?).map_err(|e| content(&e.to_string()))?;
         let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
-        let hints = words(take(header.hints.saturating_mul(4))?);
-        let hints: Vec<Hint> = hints.into_iter().map(|b| Hint(u32::from_le_bytes(b))).collect();
+        let mut integers = |count: usize| -> Result<Vec<u32>, CheckpointError> {
+            Ok(words(take(count.saturating_mul(4))?).into_iter().map(u32::from_le_bytes).collect())
+        };
+        let hints: Vec<Hint> = integers(header.hints)?.into_iter().map(Hint).collect();
+        let base = model.field.base();
+        let order =
+            BaseOrder { faces: integers(base.face_count())?, vertices: integers(base.vertex_count())? };
         let mut floats = |count: usize| -> Result<Vec<f32>, CheckpointError> {
             Ok(words(take(count.saturating_mul(4))?).into_iter().map(f32::from_le_bytes).collect())
         };
@@ -173,17 +234,22 @@ impl Checkpoint {
         };
         let (features, of_features) = group(header.counts[0])?;
         let (theta, of_theta) = group(header.counts[1])?;
-        let (phi, of_phi) = group(header.counts[2])?;
+        let mut companions = Vec::new();
+        for (name, count) in header.networks {
+            let (parameters, moments) = group(count)?;
+            companions.push(Companion { name, parameters, moments });
+        }
         if !rest.is_empty() {
             return Err(content("there is more in it than there should be"));
         }
-        let theta =
+        let mlp =
             Mlp::new(settings.field.mlp(), theta).map_err(|_| content("its network has another shape"))?;
-        let phi = match settings.reverse_network() {
-            Some(shape) => Mlp::new(shape, phi).ok().map(Some),
-            None => phi.is_empty().then_some(None),
+        let reverse = companions.iter().find(|c| c.name == Cycle::NAME).map(|c| c.parameters.len());
+        let expected = settings.reverse_network().map(|shape| shape.parameter_count());
+        let not_begun = header.epoch == 0 && reverse.is_none();
+        if reverse != expected && !not_begun {
+            return Err(content("its reverse map has another shape"));
         }
-        .ok_or_else(|| content("its reverse map has another shape"))?;
         let time = Duration::try_from_secs_f64(header.seconds)
             .map_err(|e| content(&format!("it says that training took {} s ({e})", header.seconds)))?;
         if features.len() != model.field.network().features().len() {
@@ -192,15 +258,8 @@ impl Checkpoint {
         if hints.len() != settings.samples || model.field.shape() != settings.field {
             return Err(content("its parts have different sizes"));
         }
-        let state = State {
-            features,
-            theta,
-            phi,
-            moments: [of_features, of_theta, of_phi],
-            epoch: header.epoch,
-            rate_factor: header.rate_factor,
-            grids: header.grids,
-        };
-        Ok(Self { settings, state, hints, model, time })
+        let learned = Learned { features, mlp, moments: [of_features, of_theta], grids: header.grids };
+        let state = State { learned, companions, epoch: header.epoch, rate_factor: header.rate_factor };
+        Ok(Self { settings, state, hints, model, order, terms: header.terms, time })
     }
 }

@@ -4,39 +4,34 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ndf_core::{DVec3, Surface};
-use ndf_mesh::FacePoint;
-use ndf_mesh::sampling::AreaSampler;
-use ndf_mesh::{ManifoldMesh, TriangleTree};
-use ndf_model::file::{Grids, Precision, StoredBase};
-use ndf_model::intrinsic_network::{IntrinsicEncoding, NetworkError, single};
-use ndf_model::{DisplacementField, Model as ModelFile, Similarity};
-use ndf_network::{Mlp, Packed};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use ndf_mesh::ManifoldMesh;
+use ndf_model::file::StoredBase;
+use ndf_model::{DisplacementField, Model, NetworkError};
+use ndf_network::Packed;
+use serde::Serialize;
 
-use crate::anchors::Anchors;
-use crate::base::{frame, stored_base};
-use crate::batch::{Batch, CHUNKS, Sample};
-use crate::epoch::Epoch;
+use crate::base::stored_base;
+use crate::batch::Batch;
+use crate::clock::Clock;
+use crate::engine::optimiser::AdamStep;
+use crate::engine::{CHUNKS, Engine, Learned};
 use crate::error::TrainError;
-use crate::objective::Objective;
-use crate::optimiser::{AdamStep, FeatureUpdate, Moments};
-use crate::origin::{closest_origins, inverse_origins};
-use crate::rounding::Rounded;
-use crate::settings::{ReverseMap, Settings};
-use crate::state::{Checkpoint, State};
-use crate::step::{Chunk, Model};
-use crate::terms::LossTerm;
+use crate::objective::{Anchors, Cycle, Epoch, Images, Projecting, Term};
+use crate::plan::{Plan, TermRecord, compare};
+use crate::settings::Settings;
+use crate::state::{Checkpoint, Companion, State};
+use crate::step::{Active, Chunk, Shared, Step};
 
-/// Stream of random numbers of the identity stage; batches count up from 0.
-const IDENTITY_STREAM: u64 = u64::MAX - 1;
+/// Stream of random numbers of a stage that has one batch; the batches of others count up from 0.
+const STAYING_STREAM: u64 = u64::MAX - 1;
 
 /// Mean squared distance, normalised, beyond which training has gone astray: images are farther from the surface
 /// than the box is wide.
 const ASTRAY: f64 = 9.0;
 
 /// Mean losses of an epoch, unweighted, in units of the normalised box squared where they are distances.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct EpochLosses {
     /// Epoch, counted from 0, those of the identity stage first.
     pub epoch: usize,
@@ -48,40 +43,28 @@ pub struct EpochLosses {
     pub cycle: Option<f64>,
 }
 
-/// The state of a training run.
+/// A training run.
 pub struct Trainer<'a> {
-    pub(crate) surface: &'a dyn Surface,
-    /// What `surface` approximates, and for how many epochs at the end it takes its place.
-    finish: Option<(&'a dyn Surface, usize)>,
-    pub(crate) settings: Settings,
-    pub(crate) similarity: Similarity,
-    pub(crate) sampler: AreaSampler,
+    pub(crate) plan: Plan<'a>,
     pub(crate) state: State,
-    /// The field training started from: base mesh and shapes.
-    start: DisplacementField,
-    positions: Vec<[f32; 3]>,
-    frames: Vec<[[f32; 3]; 2]>,
-    /// Half-edges out of every vertex: `3 f + c` for its corner c of face f.
-    incident: Vec<Vec<u32>>,
-    objective: Objective,
-    /// The objective after the identity stage, while that lasts.
-    waiting: Option<Objective>,
-    anchors: Option<Anchors>,
-    /// Features and parameters of θ as the losses see them, where they are rounded.
-    rounded: Rounded,
-    packed: (Packed, Option<Packed>),
-    gradients: (Vec<f32>, Vec<f32>),
+    pub(crate) clock: Clock,
+    engine: Engine,
     batch: Batch,
-    /// Derivatives by the features, 3 d floats a base face: d for each of its corners.
-    corner_gradients: Vec<f32>,
+    stage: ActiveStage,
+    /// The terms of the checkpoint from which the run is resumed, until they are compared.
+    resumed: Option<Vec<TermRecord>>,
+}
+
+/// The terms of a stage at work, and the memory for them.
+#[derive(Default)]
+struct ActiveStage {
+    number: Option<usize>,
+    /// Means over the samples of a batch.
+    terms: Vec<Active>,
     chunks: Vec<Chunk>,
-    /// Of the base mesh, where the reverse map asks for its closest points.
-    base_tree: Option<TriangleTree>,
-    term_means: Vec<(&'static str, f64)>,
-    started: Instant,
-    /// What the run had taken before it was resumed.
-    before: Duration,
-    pub(crate) projecting: Duration,
+    /// Means over points of their own.
+    fixed: Vec<(Active, Chunk)>,
+    means: Vec<(String, f64)>,
 }
 
 impl<'a> Trainer<'a> {
@@ -103,125 +86,60 @@ impl<'a> Trainer<'a> {
     /// If the settings or the base mesh are not usable.
     pub fn on(surface: &'a dyn Surface, base: StoredBase, settings: &Settings) -> Result<Self, TrainError> {
         settings.validate()?;
-        let StoredBase { mesh: base, similarity } = base;
-        let start = DisplacementField::untrained(base, settings.field.clone(), settings.seed)?;
-        let mut rng = ChaCha8Rng::seed_from_u64(settings.seed ^ 0x9e37_79b9_7f4a_7c15);
-        let phi = settings.reverse_network().map(|shape| match settings.reverse_map {
-            ReverseMap::Plain => Mlp::kaiming(shape, &mut rng),
-            _ => Mlp::zero_at_birth(shape, &mut rng),
-        });
-        let (features, theta) = (start.network().features().to_vec(), start.network().mlp().clone());
-        let groups = [features.len(), theta.parameters().len(), parameters(&phi).len()];
-        let moments = groups.map(Moments::new);
-        let state = State { features, theta, phi, moments, epoch: 0, rate_factor: 1.0, grids: None };
-        Self::with_state(surface, start, similarity, settings, state)
+        let StoredBase { mesh, similarity, order } = base;
+        let start = DisplacementField::untrained(mesh, settings.field.clone(), settings.seed)?;
+        let network = start.network();
+        let learned = Learned::new(network.features().to_vec(), network.mlp().clone());
+        let state = State { learned, companions: Vec::new(), epoch: 0, rate_factor: 1.0 };
+        let plan = Plan::new(surface, start, similarity, order, settings)?;
+        Ok(Self::with_state(plan, state, Duration::ZERO))
     }
 
-    /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again.
+    /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again: the first epoch
+    /// compares them with those of the checkpoint.
     ///
     /// # Errors
     /// If the base mesh has no area.
     pub fn resumed(surface: &'a dyn Surface, checkpoint: Checkpoint) -> Result<Self, TrainError> {
-        let Checkpoint { settings, state, hints, model, time } = checkpoint;
-        let mut trainer = Self::with_state(surface, model.field, model.similarity, &settings, state)?;
+        let Checkpoint { settings, state, hints, model, order, terms, time } = checkpoint;
+        let plan = Plan::new(surface, model.field, model.similarity, order, &settings)?;
+        let mut trainer = Self::with_state(plan, state, time);
         trainer.batch.hints = hints;
-        trainer.before = time;
+        trainer.resumed = Some(terms);
         Ok(trainer)
     }
 
-    fn with_state(
-        surface: &'a dyn Surface,
-        start: DisplacementField,
-        similarity: Similarity,
-        settings: &Settings,
-        state: State,
-    ) -> Result<Self, TrainError> {
-        let base = start.base();
-        let sampler = AreaSampler::new(base).ok_or(TrainError::NoArea)?;
-        let packed = (Packed::new(&state.theta), state.phi.as_ref().map(Packed::new));
-        let gradients = (vec![0.0; state.theta.parameters().len()], vec![0.0; parameters(&state.phi).len()]);
-        let (objective, waiting) = if state.epoch < settings.identity_epochs {
-            (Objective::identity(settings), Some(Objective::of(settings)))
-        } else {
-            (Objective::of(settings), None)
-        };
-        let mut trainer = Self {
-            surface,
-            finish: None,
-            similarity,
-            positions: single(base.positions()),
-            frames: (0..base.face_count() as u32).map(|f| frame(base.corner_positions(f))).collect(),
-            incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
-            sampler,
-            objective,
-            waiting,
-            anchors: None,
-            rounded: Rounded::default(),
-            packed,
-            gradients,
-            batch: Batch::new(settings.samples, base.face_count()),
-            corner_gradients: vec![0.0; base.face_count() * 3 * settings.field.network.features],
-            chunks: Vec::new(),
-            base_tree: (settings.lambda_c > 0.0 && settings.reverse_map.needs_origins())
-                .then(|| TriangleTree::new(base)),
-            term_means: Vec::new(),
-            start,
-            settings: settings.clone(),
-            state,
-            started: Instant::now(),
-            before: Duration::ZERO,
-            projecting: Duration::ZERO,
-        };
-        trainer.make_room();
-        Ok(trainer)
+    fn with_state(plan: Plan<'a>, state: State, before: Duration) -> Self {
+        let engine = Engine::new(plan.start.base(), &plan.settings.field.network, &state.learned.mlp);
+        let batch = Batch::new(plan.settings.samples);
+        let (clock, stage) = (Clock::resumed_after(before), ActiveStage::default());
+        Self { plan, state, clock, engine, batch, stage, resumed: None }
     }
 
-    /// Adds a term of one's own to the objective.
+    /// Adds a term of one's own to the objective. The identity stage, where there is one, goes without it.
     #[must_use]
-    pub fn with_term(mut self, weight: f32, term: Arc<dyn LossTerm>) -> Self {
-        self.waiting.as_mut().unwrap_or(&mut self.objective).terms.push((weight, term));
-        self.make_room();
+    pub fn with_term(mut self, weight: f32, term: Arc<dyn Term>) -> Self {
+        let main = self.plan.stages.last_mut().expect("a run has a stage");
+        main.terms.push((weight, term));
+        self.stage = ActiveStage::default();
         self
     }
 
-    /// Adds anchors (supplement, Eq. 3): pairs of a point near the base mesh, which is taken to the closest point of
+    /// Adds [anchors](Anchors): pairs of a point near the base mesh, which is taken to the closest point of
     /// it, and the point where its image should be, both in the surface's coordinates. The weight is 0.1 λ_P each.
     #[must_use]
-    pub fn with_anchors(mut self, pairs: &[(DVec3, DVec3)]) -> Self {
-        let normalised: Vec<_> = pairs
-            .iter()
-            .map(|&(p, q)| (self.similarity.to_normalised(p), self.similarity.to_normalised(q)))
-            .collect();
-        let weight = 0.1 * self.settings.lambda_p;
-        self.anchors = Some(Anchors::new(&self.start, &normalised, weight, &self.packed.0));
-        self
+    pub fn with_anchors(self, pairs: &[(DVec3, DVec3)]) -> Self {
+        let anchors = Anchors::new(&self.plan.stored_base(), pairs);
+        let weight = 0.1 * self.plan.settings.lambda_p;
+        self.with_term(weight, Arc::new(anchors))
     }
 
     /// Takes the surface of the trainer for an approximation of `truth` that is cheaper to project onto: the last
     /// `epochs` and the measurement at the end project onto the truth itself.
     #[must_use]
-    pub fn finished_on(self, truth: &'a dyn Surface, epochs: usize) -> Self {
-        Self { finish: Some((truth, epochs)), ..self }
-    }
-
-    /// The surface itself, where training was begun on an approximation.
-    pub(crate) fn truth(&self) -> &'a dyn Surface {
-        self.finish.map_or(self.surface, |(truth, _)| truth)
-    }
-
-    /// The surface of this epoch.
-    fn surface_now(&self) -> &'a dyn Surface {
-        match self.finish {
-            Some((truth, epochs)) if self.state.epoch + epochs >= self.epochs() => truth,
-            _ => self.surface,
-        }
-    }
-
-    /// Room for gradients, as the objective asks for it.
-    fn make_room(&mut self) {
-        let (theta, phi) = &self.packed;
-        self.chunks = (0..CHUNKS).map(|_| Chunk::new(theta, phi.as_ref(), &self.objective)).collect();
-        self.term_means = self.objective.terms.iter().map(|(_, term)| (term.name(), 0.0)).collect();
+    pub fn finished_on(mut self, truth: &'a dyn Surface, epochs: usize) -> Self {
+        self.plan.finish_on(truth, epochs);
+        self
     }
 
     /// Epochs made, those of the identity stage included.
@@ -231,192 +149,191 @@ impl<'a> Trainer<'a> {
 
     /// Epochs to be made, those of the identity stage included.
     pub fn epochs(&self) -> usize {
-        self.settings.identity_epochs + self.settings.epochs
+        self.plan.epochs()
     }
 
-    /// Wall time of training, that before a resumed checkpoint included.
-    pub(crate) fn elapsed(&self) -> Duration {
-        self.before.saturating_add(self.started.elapsed())
-    }
-
-    /// Name and unweighted mean of every term in the last epoch; the cycle loss is not among them.
-    pub fn term_means(&self) -> &[(&'static str, f64)] {
-        &self.term_means
+    /// Name and unweighted mean of every term in the last epoch.
+    pub fn term_means(&self) -> &[(String, f64)] {
+        &self.stage.means
     }
 
     /// Whether the next epoch draws a new batch: the moment for a [`checkpoint`](Self::checkpoint).
     pub fn at_batch_start(&self) -> bool {
-        let after_identity = self.state.epoch.checked_sub(self.settings.identity_epochs);
-        after_identity.is_none_or(|epoch| epoch.is_multiple_of(self.settings.resample_every))
+        let (stage, epoch) = self.plan.stage_of(self.state.epoch);
+        match self.plan.stages[stage].images {
+            Images::Stay => true,
+            Images::Project => epoch.is_multiple_of(self.plan.settings.resample_every),
+        }
+    }
+
+    /// Whether the next epoch is the first of its stage.
+    pub(crate) fn at_stage_start(&self) -> bool {
+        self.plan.stage_of(self.state.epoch).1 == 0
     }
 
     /// Makes one epoch: samples and feet if they are due, one step of the optimiser.
     ///
     /// # Errors
-    /// If a loss is not finite or absurd, or hardly a sample finds the surface.
+    /// If a loss is not finite or absurd, hardly a sample finds the surface, or the run is resumed with other terms.
     pub fn run_epoch(&mut self) -> Result<EpochLosses, TrainError> {
+        if let Some(expected) = self.resumed.take() {
+            compare(&expected, &self.plan.terms())?;
+        }
+        let (number, within) = self.plan.stage_of(self.state.epoch);
+        if self.stage.number != Some(number) {
+            self.enter(number, within)?;
+        }
+        match self.plan.stages[number].images {
+            Images::Stay => self.stay(),
+            Images::Project => self.draw_and_project(within)?,
+        }
+        let stage = &self.plan.stages[number];
+        let rate = stage.rate.at(within as f32 / stage.epochs.max(1) as f32) * self.state.rate_factor;
+        self.accumulate(Epoch { number: within, of: stage.epochs });
         let epoch = self.state.epoch;
-        let rate = match epoch.checked_sub(self.settings.identity_epochs) {
-            None => {
-                self.begin_identity();
-                self.settings.rate.first
-            }
-            Some(after) => {
-                self.begin_epoch(after)?;
-                self.settings.rate.at(after as f32 / self.settings.epochs.max(1) as f32)
-            }
-        } * self.state.rate_factor;
-        let cycle = self.accumulate();
-        let projection = self.term_means.first().map_or(0.0, |(_, mean)| *mean);
-        let has_cycle = self.objective.lambda_c > 0.0;
-        let losses =
-            EpochLosses { epoch, rate: f64::from(rate), projection, cycle: has_cycle.then_some(cycle) };
-        let finite = cycle.is_finite() && self.term_means.iter().all(|(_, mean)| mean.is_finite());
-        if !finite || projection > ASTRAY || cycle > ASTRAY {
+        let means = &self.stage.means;
+        let projection = means.first().map_or(0.0, |(_, mean)| *mean);
+        let cycle = means.iter().find(|(name, _)| name == Cycle::NAME).map(|(_, mean)| *mean);
+        let losses = EpochLosses { epoch, rate: f64::from(rate), projection, cycle };
+        let finite = means.iter().all(|(_, mean)| mean.is_finite());
+        if !finite || projection > ASTRAY || cycle.is_some_and(|cycle| cycle > ASTRAY) {
             return Err(TrainError::Diverged { epoch });
         }
-        self.update(rate);
+        self.update(AdamStep::new(within + 1, rate));
         self.state.epoch += 1;
         Ok(losses)
     }
 
-    /// An epoch of the identity stage: one batch throughout, whose points are their own targets.
-    fn begin_identity(&mut self) {
+    /// Begins a stage, or goes on within it.
+    fn enter(&mut self, number: usize, within: usize) -> Result<(), TrainError> {
+        if within == 0 && number > 0 {
+            self.state.forget_moments();
+        }
+        let mut stage = ActiveStage { number: Some(number), ..ActiveStage::default() };
+        for (weight, term) in &self.plan.stages[number].terms {
+            let mut active = Active::new(*weight, term.clone());
+            if let Some(mlp) = term.network(self.plan.settings.seed) {
+                self.state.join(term.name(), &mlp)?;
+                active.network = Some(Packed::new(&mlp));
+                active.by_network = vec![0.0; mlp.parameters().len()];
+            }
+            if term.points().is_some() {
+                let chunk = self.chunk(std::slice::from_ref(&active));
+                stage.fixed.push((active, chunk));
+            } else {
+                stage.terms.push(active);
+            }
+        }
+        stage.chunks = (0..CHUNKS).map(|_| self.chunk(&stage.terms)).collect();
+        let terms = stage.terms.iter().chain(stage.fixed.iter().map(|(active, _)| active));
+        stage.means = terms.map(|active| (active.term.name().to_owned(), 0.0)).collect();
+        self.stage = stage;
+        Ok(())
+    }
+
+    fn chunk(&self, terms: &[Active]) -> Chunk {
+        Chunk::new(&self.engine.packed, terms, self.plan.settings.field.network.features)
+    }
+
+    /// One batch throughout, whose points are their own targets.
+    fn stay(&mut self) {
         if !self.batch.is_drawn() {
-            self.batch.resample(&self.sampler, self.settings.seed, IDENTITY_STREAM);
-            let base = self.start.base();
-            let places: Vec<DVec3> = self.batch.samples.iter().map(|s| s.on_face().position(base)).collect();
+            self.resample(STAYING_STREAM);
+            let base = self.plan.start.base();
+            let places: Vec<DVec3> = self.batch.on_faces().iter().map(|s| s.position(base)).collect();
             self.batch.stay(places.into_iter());
         }
     }
 
-    fn begin_epoch(&mut self, epoch: usize) -> Result<(), TrainError> {
-        if let Some(objective) = self.waiting.take() {
-            // A new stage begins with fresh moments.
-            self.objective = objective;
-            self.state.moments = self.state.moments.each_ref().map(|m| Moments::new(m.parts()[0].len()));
-            self.make_room();
+    fn resample(&mut self, stream: u64) {
+        let faces = self.plan.start.base().face_count();
+        self.batch.resample(&self.plan.sampler, faces, self.plan.settings.seed, stream);
+    }
+
+    fn draw_and_project(&mut self, epoch: usize) -> Result<(), TrainError> {
+        let (resample_every, project_every) =
+            (self.plan.settings.resample_every, self.plan.settings.project_every);
+        let is_due = !self.batch.is_drawn() || epoch.is_multiple_of(resample_every);
+        if is_due {
+            self.resample((epoch / resample_every) as u64);
         }
-        if epoch.is_multiple_of(self.settings.resample_every) {
-            let stream = (epoch / self.settings.resample_every) as u64;
-            self.batch.resample(&self.sampler, self.settings.seed, stream);
-        }
-        if epoch.is_multiple_of(self.settings.project_every) {
-            self.project()?;
-        }
-        Ok(())
+        if is_due || epoch.is_multiple_of(project_every) { self.project() } else { Ok(()) }
     }
 
     fn project(&mut self) -> Result<(), TrainError> {
         let before = Instant::now();
         let field = self.field().map_err(|_| TrainError::Diverged { epoch: self.state.epoch })?;
-        let samples: Vec<FacePoint> = self.batch.samples.iter().map(Sample::on_face).collect();
+        let samples = self.batch.on_faces();
         // The guide is the normal of the base face, not that of g: where g has folded over, its own normal would
         // send it to the far side of the surface and keep it folded.
-        let base = self.start.base();
+        let base = self.plan.start.base();
         let guides = samples.iter().map(|s| base.face_normal(s.face));
         let images = field.map(&samples);
-        if let Some(tree) = &self.base_tree {
-            self.batch.origins = match self.settings.reverse_map {
-                ReverseMap::Inverse => inverse_origins(&field, tree, &images, &samples),
-                _ => closest_origins(base, tree, &images, &samples),
-            };
+        let projecting = Projecting { field: &field, samples: &samples, images: &images };
+        for active in &mut self.stage.terms {
+            active.prepared = active.term.prepare(&projecting);
         }
-        self.batch.project(self.surface_now(), &self.similarity, images.into_iter().zip(guides));
-        self.projecting += before.elapsed();
+        let surface = self.plan.surface_in(self.state.epoch);
+        self.batch.project(surface, &self.plan.similarity, images.into_iter().zip(guides));
+        self.clock.projecting += before.elapsed();
         let share = 100.0 * self.batch.hit_share();
         if share < 1.0 { Err(TrainError::OutOfReach { share }) } else { Ok(()) }
     }
 
-    /// Values and gradients of the objective at the current parameters; returns the mean of the cycle loss.
-    fn accumulate(&mut self) -> f64 {
-        self.round();
-        let (features, theta) = self.rounded.seen(&self.state.features, &self.state.theta);
-        self.packed.0.pack(theta.parameters());
-        if let (Some(packed), Some(phi)) = (&mut self.packed.1, &self.state.phi) {
-            packed.pack(phi.parameters());
+    /// Means and gradients of the objective at the current parameters.
+    fn accumulate(&mut self, epoch: Epoch) {
+        let Self { plan, state, engine, batch, stage, .. } = self;
+        let settings = &plan.settings;
+        if let Some(precision) = settings.precision
+            && state.epoch + settings.rounded_epochs() >= plan.epochs()
+        {
+            // The first of these epochs decides where numbers are rounded to.
+            state.learned.choose_grids(settings.field.network.features, precision);
         }
-        let settings = &self.settings;
-        let model = Model {
-            encoding: IntrinsicEncoding::new(
-                self.start.base().faces(),
-                &self.positions,
-                features,
-                &settings.field.network,
-            ),
-            frames: &self.frames,
-            theta: &self.packed.0,
-            phi: self.packed.1.as_ref(),
-            reverse_map: settings.reverse_map,
-            reverse_octaves: settings.reverse_octaves,
-            residual: settings.field.residual,
-        };
-        let epoch = Epoch {
-            model,
-            objective: &self.objective,
-            share: 1.0 / settings.samples as f32,
-            batch: &self.batch,
-            arch: pulp::Arch::new(),
-        };
-        epoch.run(0, &mut self.chunks, &mut self.corner_gradients);
-        let (sum, others) = self.chunks.split_first_mut().expect("there are chunks");
-        for chunk in others {
-            sum.add(chunk);
+        engine.load(&state.learned);
+        let ActiveStage { terms, chunks, fixed, means, .. } = stage;
+        for active in terms.iter_mut().chain(fixed.iter_mut().map(|(active, _)| active)) {
+            if let (Some(packed), Some(companion)) =
+                (&mut active.network, state.companion(active.term.name()))
+            {
+                packed.pack(&companion.parameters);
+            }
         }
-        let (to_theta, to_phi) = (&mut self.gradients.0, &mut self.gradients.1);
-        to_theta.fill(0.0);
-        to_phi.fill(0.0);
-        sum.theta_gradients.add_to(to_theta);
-        if let Some(phi) = &sum.phi {
-            phi.gradients.add_to(to_phi);
-        }
-        for ((_, mean), sum) in self.term_means.iter_mut().zip(&sum.terms) {
+        let (base, residual) = (&plan.base, settings.field.residual);
+        let of_batch = Shared { base, residual, epoch, terms, share: 1.0 / settings.samples as f32 };
+        let arch = pulp::Arch::new();
+        let sum = engine.run(&state.learned, &batch.chunks, chunks, |network, chunk, samples, corners| {
+            let (places, targets) = (&batch.places[samples.clone()], &batch.targets[samples.clone()]);
+            let first = samples.start;
+            arch.dispatch(Step { shared: of_batch, network, chunk, places, targets, first, corners });
+        });
+        let (of_batch, of_fixed) = means.split_at_mut(terms.len());
+        for ((_, mean), sum) in of_batch.iter_mut().zip(&sum.sums) {
             *mean = sum / settings.samples as f64;
         }
-        let cycle = sum.cycle / settings.samples as f64;
-        if let (Some(anchors), None) = (&mut self.anchors, &self.waiting) {
-            anchors.accumulate(model, to_theta, &mut self.corner_gradients);
-        }
-        cycle
-    }
-
-    /// Rounds what the losses see, in the last epochs; where to, the first of these decides.
-    fn round(&mut self) {
-        let (settings, state) = (&self.settings, &mut self.state);
-        let State { features, theta, grids, epoch, .. } = state;
-        if let Some(precision) = settings.precision
-            && *epoch + settings.rounded_epochs() >= settings.identity_epochs + settings.epochs
-        {
-            grids.get_or_insert_with(|| {
-                Grids::new(settings.field.network.features, features, theta, precision)
+        terms.iter_mut().zip(&sum.networks).for_each(|(active, own)| active.collect(own.as_ref()));
+        for ((active, chunk), (_, mean)) in fixed.iter_mut().zip(of_fixed) {
+            let Some(points) = active.term.points() else { continue };
+            let terms = std::slice::from_ref(&*active);
+            engine.add(&state.learned, chunk, |network, chunk, corners| {
+                let (places, targets) = (&points.places, &points.targets);
+                let shared = Shared { base, residual, epoch, terms, share: 1.0 };
+                arch.dispatch(Step { shared, network, chunk, places, targets, first: 0, corners });
             });
+            *mean = chunk.sums[0] / points.places.len().max(1) as f64;
+            active.collect(chunk.networks[0].as_ref());
         }
-        self.rounded.update(grids.as_ref(), features, theta);
     }
 
     /// One step of Adam for all parameters.
-    fn update(&mut self, rate: f32) {
-        let settings = &self.settings;
-        // Bias corrections count the steps since the moments were fresh.
-        let steps = self.state.epoch.checked_sub(settings.identity_epochs).unwrap_or(self.state.epoch);
-        let step = AdamStep::new(steps + 1, rate);
-        let [of_features, of_theta, of_phi] = &mut self.state.moments;
-        of_theta.apply(step, self.state.theta.parameters_mut(), &self.gradients.0);
-        if let Some(phi) = &mut self.state.phi {
-            of_phi.apply(step, phi.parameters_mut(), &self.gradients.1);
+    fn update(&mut self, step: AdamStep) {
+        self.engine.update(&mut self.state.learned, step, self.plan.settings.feature_rate);
+        let fixed = self.stage.fixed.iter().map(|(active, _)| active);
+        for active in self.stage.terms.iter().chain(fixed) {
+            if let Some(Companion { parameters, moments, .. }) = self.state.companion(active.term.name()) {
+                moments.apply(step, parameters, &active.by_network);
+            }
         }
-        let d = settings.field.network.features;
-        if d == 0 {
-            return;
-        }
-        let (first, second) = of_features.parts_mut();
-        FeatureUpdate {
-            step: step.scaled(settings.feature_rate),
-            dimension: d,
-            incident: &self.incident,
-            corner_gradients: &self.corner_gradients,
-        }
-        .apply(&mut self.state.features, first, second);
     }
 
     /// The field as learned so far, its numbers rounded where the losses see them so.
@@ -424,24 +341,20 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If a parameter is not finite.
     pub fn field(&self) -> Result<DisplacementField, NetworkError> {
-        let (mut features, mut theta) = (self.state.features.clone(), self.state.theta.clone());
-        if let Some(grids) = &self.state.grids {
-            grids.round(&mut features, &mut theta);
-        }
-        self.start.with_parameters(features, theta.parameters().to_vec())
+        let (features, parameters) = self.state.learned.numbers();
+        self.plan.start.with_parameters(features, parameters)
     }
 
-    /// The field as it will be stored: as learned so far, and rounded. Where nothing was yet learned of the rounding, it is
-    /// finer than asked for, so that it costs next to no accuracy.
+    /// The field as it will be stored: as learned so far, and rounded.
     ///
     /// # Errors
     /// If a parameter is not finite.
     pub(crate) fn stored_field(&self) -> Result<DisplacementField, NetworkError> {
         let field = self.field()?;
-        let (Some(precision), None) = (self.settings.precision, &self.state.grids) else { return Ok(field) };
-        let finer =
-            Precision { features: precision.features + 3, weights: precision.weights + 3, ..precision };
-        Ok(field.rounded(finer))
+        Ok(match self.state.learned.to_be_rounded(self.plan.settings.precision) {
+            Some(precision) => field.rounded(precision),
+            None => field,
+        })
     }
 
     /// Everything needed to go on from here. Exact [at the start of a batch](Self::at_batch_start); elsewhere, the
@@ -450,18 +363,15 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// If a parameter is not finite.
     pub fn checkpoint(&self) -> Result<Checkpoint, NetworkError> {
-        let model = ModelFile {
-            field: self.field()?,
-            similarity: self.similarity,
-            scalars: Vec::new(),
-            provenance: String::new(),
-        };
+        let (field, similarity) = (self.field()?, self.plan.similarity);
         Ok(Checkpoint {
-            settings: self.settings.clone(),
+            settings: self.plan.settings.clone(),
             state: self.state.clone(),
             hints: self.batch.hints.clone(),
-            model,
-            time: self.elapsed(),
+            model: Model { field, similarity, scalars: Vec::new(), provenance: String::new() },
+            order: self.plan.base.order.clone(),
+            terms: self.plan.terms(),
+            time: self.clock.elapsed(),
         })
     }
 
@@ -473,19 +383,13 @@ impl<'a> Trainer<'a> {
 
     /// Share of the batch with a foot whose mapped normal opposes the surface's there.
     pub(crate) fn flipped_fraction(&self) -> Result<f64, NetworkError> {
-        let samples: Vec<FacePoint> = self.batch.samples.iter().map(Sample::on_face).collect();
-        let mapped = self.field()?.map_with_tangents(&samples);
+        let mapped = self.field()?.map_with_tangents(&self.batch.on_faces());
         let (mut hits, mut flipped) = (0_usize, 0_usize);
         for (mapped, target) in mapped.iter().zip(&self.batch.targets) {
-            let normal = DVec3::from(target.surface_normal.map(f64::from));
+            let normal = target.surface_normal.as_dvec3();
             hits += usize::from(normal != DVec3::ZERO);
             flipped += usize::from(mapped.normal().dot(normal) < 0.0);
         }
         Ok(flipped as f64 / hits.max(1) as f64)
     }
-}
-
-/// Parameters of a network that may not be there.
-fn parameters(network: &Option<Mlp>) -> &[f32] {
-    network.as_ref().map_or(&[], Mlp::parameters)
 }

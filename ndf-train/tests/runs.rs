@@ -5,30 +5,13 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use ndf_core::analytic::Sphere;
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
+use ndf_core::{DVec3, Hint};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::FieldShape;
 use ndf_train::{Checkpoint, CheckpointError, Fit, ReverseMap, Schedule, Settings, Trainer, train};
-
-/// The unit sphere.
-struct Sphere;
-
-impl Surface for Sphere {
-    fn bounds(&self) -> BoundingBox {
-        BoundingBox { min: DVec3::NEG_ONE, max: DVec3::ONE }
-    }
-
-    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            let normal = query.point.normalize_or_zero();
-            let usable = query.point.is_finite() && normal != DVec3::ZERO;
-            *foot =
-                if usable { Ok(Foot { point: normal, normal, hint: Hint(7) }) } else { Err(Miss::NotFinite) };
-        }
-    }
-}
 
 fn base() -> ManifoldMesh {
     ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold")
@@ -68,16 +51,17 @@ fn a_resumed_run_equals_the_unbroken_one() {
     let everything = Settings { lambda_d: 1.0, lambda_n: 10.0, lambda_f: 5.0, ..quick() };
     let encoding = Settings { reverse_map: ReverseMap::Encoding, ..quick() };
     for settings in [quick(), paper_like, everything, encoding] {
-        let (unbroken, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+        let (unbroken, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
         for after in [1, 4, 9] {
             let cancel = CancelAfter(AtomicUsize::new(after));
-            let (broken, checkpoint) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &cancel);
+            let (broken, checkpoint) =
+                run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &cancel);
             assert!(broken.report.interrupted && checkpoint.epoch() < 120);
             let path = std::env::temp_dir().join(format!("ndf-run-{}-{after}", std::process::id()));
             checkpoint.write(&path).unwrap();
             let read = Checkpoint::read(&path).unwrap();
             std::fs::remove_file(&path).unwrap();
-            let (resumed, _) = run(&mut Trainer::resumed(&Sphere, read).unwrap(), &NoProgress);
+            let (resumed, _) = run(&mut Trainer::resumed(&Sphere::UNIT, read).unwrap(), &NoProgress);
             assert_eq!(bits(&resumed), bits(&unbroken), "after {after} batches of {settings:?}");
             assert_eq!(resumed.report.epochs, unbroken.report.epochs);
         }
@@ -87,7 +71,7 @@ fn a_resumed_run_equals_the_unbroken_one() {
 #[test]
 fn damaged_checkpoints_are_refused() {
     let cancel = CancelAfter(AtomicUsize::new(2));
-    let (_, checkpoint) = run(&mut Trainer::new(&Sphere, &base(), &quick()).unwrap(), &cancel);
+    let (_, checkpoint) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &quick()).unwrap(), &cancel);
     let path = std::env::temp_dir().join(format!("ndf-damaged-{}", std::process::id()));
     checkpoint.write(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
@@ -128,7 +112,7 @@ fn forged(
 fn checkpoints_whose_parts_do_not_fit_are_refused() {
     let settings = Settings { reverse_map: ReverseMap::Encoding, ..quick() };
     let cancel = CancelAfter(AtomicUsize::new(2));
-    let (_, checkpoint) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &cancel);
+    let (_, checkpoint) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &cancel);
     let samples = format!("\"samples\":{}", settings.samples);
     assert!(forged(&checkpoint, "same", ["", ""], &[]).is_ok());
     for (name, header, more, said) in [
@@ -145,14 +129,14 @@ fn checkpoints_whose_parts_do_not_fit_are_refused() {
     // The longest time there is leaves a run that can be resumed, and limited.
     let absurd = ["\"seconds\":", "\"seconds\":1.8e19, \"before\":"];
     let long = forged(&checkpoint, "long", absurd, &[]).unwrap().with_time_limit(Some(Duration::MAX));
-    let (resumed, _) = run(&mut Trainer::resumed(&Sphere, long).unwrap(), &NoProgress);
+    let (resumed, _) = run(&mut Trainer::resumed(&Sphere::UNIT, long).unwrap(), &NoProgress);
     assert!(resumed.report.seconds >= 1.8e19, "{:?}", resumed.report);
 }
 
 #[test]
 fn a_run_that_goes_astray_comes_back_at_a_smaller_rate() {
     let settings = Settings { rate: Schedule::constant(1.0), epochs: 100, ..quick() };
-    let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    let (fit, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
     assert!(fit.report.retreats > 0 && fit.report.epochs == 100, "{:?}", fit.report);
     assert!(fit.report.projection_rms.is_finite());
 }
@@ -167,7 +151,7 @@ fn the_identity_stage_makes_both_networks_the_identity() {
         feature_rate: 1.0,
         ..quick()
     };
-    let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    let (fit, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
     let samples = ndf_mesh::sampling::AreaSampler::new(fit.field.base()).unwrap().sample(500, 5, 0);
     let base = fit.field.base();
     let moved =
@@ -183,7 +167,7 @@ fn the_identity_stage_makes_both_networks_the_identity() {
 fn the_way_back_is_found() {
     let cycle_loss = |reverse_map| {
         let settings = Settings { reverse_map, epochs: 600, ..quick() };
-        let (fit, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+        let (fit, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
         fit.report.cycle_loss.unwrap()
     };
     let inverse = cycle_loss(ReverseMap::Inverse);
@@ -208,9 +192,9 @@ fn anchors_turn_the_map() {
         };
         pairs.iter().map(distance).sum::<f64>() / pairs.len() as f64
     };
-    let (free, _) = run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap(), &NoProgress);
+    let (free, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
     let (held, _) =
-        run(&mut Trainer::new(&Sphere, &base(), &settings).unwrap().with_anchors(&pairs), &NoProgress);
+        run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap().with_anchors(&pairs), &NoProgress);
     assert!(apart(&held) < 0.2 * apart(&free), "{} {}", apart(&held), apart(&free));
 }
 
@@ -218,7 +202,7 @@ fn anchors_turn_the_map() {
 fn alignment_of_normals_aligns_them_and_logs_tell() {
     let angle = |lambda_n: f32| {
         let settings = Settings { lambda_n, epochs: 3_000, samples: 1_000, ..quick() };
-        let mut trainer = Trainer::new(&Sphere, &base(), &settings).unwrap();
+        let mut trainer = Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap();
         let mut lines = 0;
         let mut log = |record: &ndf_train::LogRecord<'_>| {
             lines += 1;

@@ -1,34 +1,15 @@
 //! Training on a surface known by formula.
 
+use ndf_core::analytic::Sphere;
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
+use ndf_core::{Answer, BoundingBox, DVec3, Miss, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_train::{Settings, TrainError, Trainer, fit, train};
 
-/// A sphere of radius 2 around (5, 0, 0).
-struct Sphere;
-
 const CENTER: DVec3 = DVec3::new(5.0, 0.0, 0.0);
 const RADIUS: f64 = 2.0;
-
-impl Surface for Sphere {
-    fn bounds(&self) -> BoundingBox {
-        BoundingBox { min: CENTER - RADIUS, max: CENTER + RADIUS }
-    }
-
-    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            let normal = (query.point - CENTER).normalize_or_zero();
-            let usable = query.point.is_finite() && normal != DVec3::ZERO;
-            *foot = if usable {
-                Ok(Foot { point: CENTER + RADIUS * normal, normal, hint: Hint::NONE })
-            } else {
-                Err(Miss::NotFinite)
-            };
-        }
-    }
-}
+const SPHERE: Sphere = Sphere { center: CENTER, radius: RADIUS };
 
 fn base() -> ManifoldMesh {
     let ball = shapes::icosphere(1).map_positions(|p| CENTER + RADIUS * p);
@@ -41,8 +22,8 @@ fn quick() -> Settings {
 
 #[test]
 fn the_field_leaves_the_polyhedron_for_the_sphere() {
-    let untrained = fit(&Sphere, &base(), &Settings { epochs: 0, ..quick() }, &NoProgress).unwrap().report;
-    let trained = fit(&Sphere, &base(), &quick(), &NoProgress).unwrap();
+    let untrained = fit(&SPHERE, &base(), &Settings { epochs: 0, ..quick() }, &NoProgress).unwrap().report;
+    let trained = fit(&SPHERE, &base(), &quick(), &NoProgress).unwrap();
     let report = trained.report;
     assert!(untrained.projection_rms > 0.05, "{untrained:?}");
     assert!(report.projection_rms < 0.1 * untrained.projection_rms, "{report:?}");
@@ -56,7 +37,7 @@ fn the_field_leaves_the_polyhedron_for_the_sphere() {
 fn the_number_of_threads_and_the_run_change_no_bit() {
     let run = |threads: usize, settings: &Settings| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let fit = pool.install(|| fit(&Sphere, &base(), settings, &NoProgress)).unwrap();
+        let fit = pool.install(|| fit(&SPHERE, &base(), settings, &NoProgress)).unwrap();
         let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         (bits(fit.field.network().features()), bits(fit.field.network().mlp().parameters()))
     };
@@ -76,11 +57,11 @@ fn odd_shapes_and_numbers_of_samples_train_too() {
         FieldShape { network: NetworkShape { features: 2, ..NetworkShape::default() }, residual: false },
     ] {
         let settings = Settings { field, samples: 777, lambda_c: 0.0, ..quick() };
-        let report = fit(&Sphere, &base(), &settings, &NoProgress).unwrap().report;
+        let report = fit(&SPHERE, &base(), &settings, &NoProgress).unwrap().report;
         assert!(report.projection_rms < 0.06, "{settings:?}: {report:?}");
         assert_eq!(report.cycle_loss, None);
     }
-    let report = fit(&Sphere, &base(), &Settings { samples: 3, epochs: 5, ..quick() }, &NoProgress).unwrap();
+    let report = fit(&SPHERE, &base(), &Settings { samples: 3, epochs: 5, ..quick() }, &NoProgress).unwrap();
     assert_eq!(report.report.epochs, 5);
 }
 
@@ -93,13 +74,13 @@ fn cancelling_gives_what_is_there() {
             true
         }
     }
-    let report = fit(&Sphere, &base(), &quick(), &Impatient).unwrap().report;
+    let report = fit(&SPHERE, &base(), &quick(), &Impatient).unwrap().report;
     assert!(report.interrupted && report.epochs == 0);
 }
 
 #[test]
 fn unusable_settings_and_hopeless_surfaces_are_refused() {
-    let refuse = |settings: Settings| fit(&Sphere, &base(), &settings, &NoProgress).unwrap_err();
+    let refuse = |settings: Settings| fit(&SPHERE, &base(), &settings, &NoProgress).unwrap_err();
     assert!(matches!(refuse(Settings { samples: 0, ..quick() }), TrainError::Settings(_)));
     assert!(matches!(refuse(Settings { lambda_p: f32::NAN, ..quick() }), TrainError::Settings(_)));
     assert!(matches!(
@@ -110,7 +91,7 @@ fn unusable_settings_and_hopeless_surfaces_are_refused() {
     struct Nothing;
     impl Surface for Nothing {
         fn bounds(&self) -> BoundingBox {
-            Sphere.bounds()
+            SPHERE.bounds()
         }
         fn project(&self, _queries: &[Query], feet: &mut [Answer]) {
             feet.fill(Err(Miss::OutOfReach));
@@ -125,11 +106,11 @@ struct Rough;
 
 impl Surface for Rough {
     fn bounds(&self) -> BoundingBox {
-        Sphere.bounds()
+        SPHERE.bounds()
     }
 
     fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-        Sphere.project(queries, feet);
+        SPHERE.project(queries, feet);
         for foot in feet.iter_mut().flatten() {
             foot.point = CENTER + 0.98 * (foot.point - CENTER);
         }
@@ -139,7 +120,7 @@ impl Surface for Rough {
 #[test]
 fn the_last_epochs_and_the_measurement_see_the_truth() {
     let run = |epochs: usize| {
-        let mut trainer = Trainer::new(&Rough, &base(), &quick()).unwrap().finished_on(&Sphere, epochs);
+        let mut trainer = Trainer::new(&Rough, &base(), &quick()).unwrap().finished_on(&SPHERE, epochs);
         train(&mut trainer, None, &NoProgress).unwrap().0.report.projection_rms
     };
     // In the box of side 3 the radius is about 1.5.

@@ -188,7 +188,9 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
     let settings = job.training.settings(source.kind, context.seed());
     let ready = |base: &ManifoldMesh| {
-        stored_base(&*source.surface, base, &settings).map(Start::Fresh).map_err(|e| say(&e))
+        stored_base(&*source.surface, base, &settings)
+            .map(|base| Start::Fresh(Box::new(base)))
+            .map_err(|e| say(&e))
     };
     let start = match (checkpoint, job.base) {
         (Some(checkpoint), _) => {
@@ -207,7 +209,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
     let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
     let mut trainer = match start {
         Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint),
-        Start::Fresh(base) => Trainer::on(surface, base, &settings),
+        Start::Fresh(base) => Trainer::on(surface, *base, &settings),
     }
     .map_err(|e| say(&e))?;
     if band.is_some() {
@@ -262,7 +264,7 @@ pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint)
 /// What training starts from.
 enum Start {
     /// A base mesh.
-    Fresh(StoredBase),
+    Fresh(Box<StoredBase>),
     /// A run that was not finished.
     Resumed(Box<Checkpoint>),
 }
@@ -271,7 +273,7 @@ impl Start {
     /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
     fn base(&self) -> ManifoldMesh {
         match self {
-            Self::Fresh(StoredBase { mesh, similarity }) => to_world(mesh, similarity),
+            Self::Fresh(base) => to_world(&base.mesh, &base.similarity),
             Self::Resumed(checkpoint) => base_in_world(checkpoint.model()),
         }
     }
@@ -324,7 +326,7 @@ impl Log {
             "seconds_projecting": record.seconds_projecting,
         });
         for (term, mean) in record.terms {
-            line[*term] = (*mean).into();
+            line[term] = (*mean).into();
         }
         if let Err(e) = writeln!(self.file, "{line}") {
             self.error.get_or_insert(e);

@@ -3,7 +3,7 @@
 use ndf_core::glam::{DVec3, Vec3};
 
 use super::bytes::{Reader, Writer};
-use super::connectivity::{self, Order};
+use super::connectivity::{self, BaseOrder};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
@@ -30,9 +30,9 @@ pub(super) fn write(base: &ManifoldMesh) -> (Vec<u8>, Vec<u32>) {
 
 /// The mesh as it is once written and read: the same with its vertices and faces in another order, in which it then
 /// stays.
-pub(super) fn in_file_order(base: &ManifoldMesh) -> ManifoldMesh {
-    connectivity::encode(&mut Encoder::new(), base)
-        .map_or_else(|| base.clone(), |order| reordered(base, &order))
+pub(super) fn in_file_order(base: &ManifoldMesh) -> (ManifoldMesh, BaseOrder) {
+    let order = connectivity::encode(&mut Encoder::new(), base);
+    order.map_or_else(|| (base.clone(), BaseOrder::identity(base)), |order| (reordered(base, &order), order))
 }
 
 fn plain(base: &ManifoldMesh) -> Vec<u8> {
@@ -80,7 +80,7 @@ fn coded(base: &ManifoldMesh) -> Option<(Vec<u8>, Vec<u32>)> {
 }
 
 /// The mesh with its parts in another order.
-fn reordered(mesh: &ManifoldMesh, order: &Order) -> ManifoldMesh {
+fn reordered(mesh: &ManifoldMesh, order: &BaseOrder) -> ManifoldMesh {
     let mut new = vec![0; mesh.vertex_count()];
     order.vertices.iter().zip(0..).for_each(|(&old, v)| new[old as usize] = v);
     let positions = order.vertices.iter().map(|&old| mesh.positions()[old as usize]).collect();

@@ -16,6 +16,7 @@ mod tensors;
 #[cfg(test)]
 mod tests;
 
+pub use connectivity::BaseOrder;
 pub use error::{ModelError, TensorsError};
 pub use format::SectionSizes;
 pub use precision::{Grids, Precision, StoredBase};

@@ -5,6 +5,7 @@ use ndf_core::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::base::in_file_order;
+use super::connectivity::BaseOrder;
 use super::grid::Grid;
 use super::numbers::Groups;
 use crate::displacement_field::DisplacementField;
@@ -89,6 +90,8 @@ pub struct StoredBase {
     pub mesh: ManifoldMesh,
     /// From the units of the mesh it was made from to the box.
     pub similarity: Similarity,
+    /// Where its parts are in the mesh it was made from.
+    pub order: BaseOrder,
 }
 
 impl StoredBase {
@@ -100,10 +103,11 @@ impl StoredBase {
     pub fn new(base: &ManifoldMesh, precision: Option<Precision>, distance: f64) -> Self {
         let similarity = Similarity::to_box(&base.bounds());
         let single = |p: DVec3| similarity.to_normalised(p).as_vec3().as_dvec3();
-        let mesh = in_file_order(&base.with_positions(base.positions().iter().map(|&p| single(p)).collect()));
+        let normalised = base.with_positions(base.positions().iter().map(|&p| single(p)).collect());
+        let (mesh, order) = in_file_order(&normalised);
         let distance = if distance.is_finite() { similarity.scale() * distance } else { 0.0 };
         let rounded = precision.and_then(|precision| on_grid(&mesh, precision, distance));
-        Self { mesh: rounded.unwrap_or(mesh), similarity }
+        Self { mesh: rounded.unwrap_or(mesh), similarity, order }
     }
 }
 

@@ -108,7 +108,7 @@ fn positions_are_the_coarser_the_farther_the_surface() {
     let exact = StoredBase::new(&raw, None, 0.0);
     let mut last = usize::MAX;
     for distance in [0.0, 5e-4, 1e-3, 2e-3] {
-        let StoredBase { mesh, similarity } = StoredBase::new(&raw, Some(Precision::default()), distance);
+        let StoredBase { mesh, similarity, .. } = StoredBase::new(&raw, Some(Precision::default()), distance);
         assert_eq!((mesh.faces(), similarity), (exact.mesh.faces(), exact.similarity));
         let moves =
             mesh.positions().iter().zip(exact.mesh.positions()).map(|(p, q)| (*p - *q).abs().max_element());

@@ -35,6 +35,12 @@ impl<'a> IntrinsicEncoding<'a> {
         self.dimension
     }
 
+    /// Width of a row of input.
+    #[inline(always)]
+    pub fn width(&self) -> usize {
+        self.dimension + 3 + encoding::width(self.octaves)
+    }
+
     /// Whether all points of a face have the same tangents of their encoding.
     #[inline(always)]
     pub fn is_linear(&self) -> bool {

@@ -4,6 +4,7 @@
 //! goes to g_θ(x), and has the values of the closest point of that mesh (`values`). Samples are drawn once and used
 //! again and again, so that an epoch (`trainer`, `step`) is nothing but the network's way there and back.
 
+mod error;
 mod settings;
 mod step;
 #[cfg(test)]
@@ -17,13 +18,12 @@ use ndf_core::progress::Progress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::sampling::AreaSampler;
-use ndf_model::scalars::ScalarsError;
 use ndf_model::{Model, SurfaceScalars};
 use serde::Serialize;
 
+pub use error::ScalarError;
 pub use settings::ScalarSettings;
 
-use crate::settings::SettingsError;
 use trainer::{Batch, Trainer};
 use values::{Drawn, Values};
 
@@ -42,60 +42,6 @@ const FARTHEST: f64 = 0.15;
 
 /// Epochs between reports.
 const EPOCHS_REPORTED: usize = 16;
-
-/// Why scalar fields were not learned.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ScalarError {
-    /// The settings do not make sense.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// A field that has not a value for every vertex.
-    #[error("the scalar field {name} has {values} values for {vertices} vertices")]
-    Length {
-        /// Its name.
-        name: String,
-        /// How many values it has.
-        values: usize,
-        /// How many vertices the mesh has.
-        vertices: usize,
-    },
-    /// Values that are NaN or infinite.
-    #[error("{count} of the {vertices} values of the scalar field {name} are not finite")]
-    NotFinite {
-        /// Its name.
-        name: String,
-        /// How many.
-        count: usize,
-        /// How many vertices the mesh has.
-        vertices: usize,
-    },
-    /// The mesh of the values has no area.
-    #[error("the mesh of the values has no area")]
-    NoArea,
-    /// The base mesh has no area.
-    #[error("the base mesh of the model has no area")]
-    NoBaseArea,
-    /// The model's field is not finite.
-    #[error("the field of the model is not finite on base face {0}")]
-    FieldNotFinite(u32),
-    /// The mesh of the values is somewhere else.
-    #[error(
-        "the mesh of the values is not one of the model's surface: it is {distance:.3} away (root mean square)"
-    )]
-    Far {
-        /// Root of the mean squared distance, in the user's units.
-        distance: f64,
-    },
-    /// The loss became NaN or infinite.
-    #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
-    Diverged {
-        /// The epoch.
-        epoch: usize,
-    },
-    /// The fields cannot be stored.
-    #[error(transparent)]
-    Stored(#[from] ScalarsError),
-}
 
 /// How far a learned field is from its values, as shares of the range of the values; 0 for a field that is constant
 /// but for rounding.

@@ -6,7 +6,7 @@ use ndf_model::{ChannelIndex, NetworkShape};
 use ndf_network::Activation;
 use serde::{Deserialize, Serialize};
 
-use crate::rounding;
+use crate::engine::rounded_epochs;
 use crate::settings::{Schedule, SettingsError, is_positive};
 
 /// All settings of a run.
@@ -75,7 +75,7 @@ impl ScalarSettings {
 
     /// The first epoch in which numbers are rounded, if there is one.
     pub(super) fn first_rounded(&self) -> Option<usize> {
-        self.bits.map(|_| self.epochs - rounding::rounded_epochs(self.epochs, self.rounded_share))
+        self.bits.map(|_| self.epochs - rounded_epochs(self.epochs, self.rounded_share))
     }
 
     /// Whether these settings can be used.

@@ -5,7 +5,7 @@ use ndf_core::progress::NoProgress;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::ChannelIndex;
-use ndf_model::scalars::ScalarShape;
+use ndf_model::scalars::{ScalarShape, ScalarsError};
 use ndf_model::{DisplacementField, FieldShape, NetworkShape, Similarity};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -173,11 +173,11 @@ fn gradients_agree_with_differences() {
         let settings = ScalarSettings { shape: shape.clone(), ..quick() };
         let mut trainer = Trainer::new(base, 2, &settings);
         let mut rng = ChaCha8Rng::seed_from_u64(8);
-        trainer.features.iter_mut().for_each(|f| *f = rng.random_range(-1.0..1.0));
+        trainer.learned.features.iter_mut().for_each(|f| *f = rng.random_range(-1.0..1.0));
         let batch = Batch::new(drawn(), base.face_count());
         let loss = trainer.accumulate(&batch, &values);
-        let mut by_features = vec![0.0_f32; trainer.features.len()];
-        let corners = trainer.by_corners.chunks_exact(shape.network.features.max(1));
+        let mut by_features = vec![0.0_f32; trainer.learned.features.len()];
+        let corners = trainer.engine.by_corners.chunks_exact(shape.network.features.max(1));
         for (&v, gradient) in base.faces().iter().flatten().zip(corners) {
             let to = &mut by_features[v as usize * shape.network.features..];
             to.iter_mut().zip(gradient).for_each(|(to, g)| *to += g);
@@ -199,9 +199,9 @@ fn gradients_agree_with_differences() {
             }
             sum / (2.0 * samples.len() as f64)
         };
-        let start = [trainer.features.clone(), trainer.mlp.parameters().to_vec()];
+        let start = [trainer.learned.features.clone(), trainer.learned.mlp.parameters().to_vec()];
         assert!((loss - evaluate(start.clone())).abs() < 1e-5 * loss, "{shape:?}");
-        for (which, gradients) in [by_features, trainer.by_parameters.clone()].iter().enumerate() {
+        for (which, gradients) in [by_features, trainer.engine.by_parameters.clone()].iter().enumerate() {
             let largest = gradients.iter().fold(0.0_f64, |m, g| m.max(f64::from(g.abs())));
             for i in (0..gradients.len()).step_by(17) {
                 let at = |h: f32| {

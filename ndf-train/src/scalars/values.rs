@@ -8,7 +8,7 @@ use ndf_model::Model;
 use ndf_model::scalars::Channel;
 use rayon::prelude::*;
 
-use super::ScalarError;
+use super::error::ScalarError;
 
 /// Samples whose feet are found one after the other, each from the last.
 const CHUNK: usize = 512;

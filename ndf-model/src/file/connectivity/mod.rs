@@ -10,9 +10,12 @@
 //! Encoder and decoder are one machine; only where it takes its steps from differs.
 
 mod machine;
+mod order;
 #[cfg(test)]
 mod tests;
 mod writing;
+
+pub use self::order::BaseOrder;
 
 use self::machine::{Defect, Guide, Machine, Step};
 use self::writing::Writing;
@@ -21,14 +24,6 @@ use ndf_mesh::ManifoldMesh;
 
 /// More faces than any base mesh has; so much may be allocated before a hostile file is found out.
 const MOST_FACES: usize = 1 << 21;
-
-/// In which order the machine came by the parts of a mesh.
-pub(super) struct Order {
-    /// The half-edge of the mesh that became the first of every face.
-    pub(super) faces: Vec<u32>,
-    /// The vertex of the mesh that became every vertex.
-    pub(super) vertices: Vec<u32>,
-}
 
 /// Steps are read; there is nothing to know.
 struct Reading;
@@ -44,7 +39,7 @@ impl Guide for Reading {
 /// Writes the connectivity of a mesh; the order in which it will be read. `None` for meshes beyond what will be read.
 ///
 /// Deterministic, and the order of what has been read is the identity.
-pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<Order> {
+pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<BaseOrder> {
     if mesh.face_count() > MOST_FACES {
         return None;
     }

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 /// The mesh's faces in the order and with the vertices of what was read.
-fn round_trip(mesh: &ManifoldMesh) -> (usize, Order, Vec<[u32; 3]>) {
+fn round_trip(mesh: &ManifoldMesh) -> (usize, BaseOrder, Vec<[u32; 3]>) {
     let mut encoder = Encoder::new();
     let order = encode(&mut encoder, mesh).unwrap();
     let bytes = encoder.finish();

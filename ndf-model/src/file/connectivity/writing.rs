@@ -1,14 +1,14 @@
 //! Steps of a mesh that is there.
 
-use super::Order;
 use super::machine::{Guide, Machine, Step};
+use super::order::BaseOrder;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;
 
 /// A mesh whose connectivity is written.
 pub(super) struct Writing<'a> {
     mesh: &'a ManifoldMesh,
-    pub(super) order: Order,
+    pub(super) order: BaseOrder,
     /// Of every face of the mesh, the half-edge in its own numbering that became the first of the new face; and that
     /// face. [`NO_HALFEDGE`] before it is conquered.
     new_faces: Vec<u32>,
@@ -20,7 +20,7 @@ impl<'a> Writing<'a> {
     pub(super) fn new(mesh: &'a ManifoldMesh) -> Self {
         Self {
             mesh,
-            order: Order { faces: Vec::new(), vertices: Vec::new() },
+            order: BaseOrder::default(),
             new_faces: vec![NO_HALFEDGE; mesh.face_count()],
             new_vertices: vec![NO_HALFEDGE; mesh.vertex_count()],
             next_component: 0,

@@ -52,6 +52,12 @@ impl Moments {
         Self { first, second }
     }
 
+    /// Forgets all steps.
+    pub(crate) fn clear(&mut self) {
+        self.first.fill(0.0);
+        self.second.fill(0.0);
+    }
+
     /// Both moments, to be saved.
     pub(crate) fn parts(&self) -> [&[f32]; 2] {
         [&self.first, &self.second]

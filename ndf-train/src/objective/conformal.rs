@@ -1,6 +1,8 @@
 //! Local conformality.
 
-use super::{LossTerm, SampleGradients, Samples, add_scaled, cross, dot};
+use ndf_core::glam::Vec3;
+
+use super::{Block, Gradients, Needs, Term};
 
 /// L_F (supplement, Eq. 6): χ(−det J / tr JᵀJ) with χ(t) = log(1 + e^{10 t}) / 10. The determinant has the sign of the
 /// orientation against the surface's normal at the foot: det J = n_Ω · (J u × J v), so that folds count as negative.
@@ -10,25 +12,25 @@ pub struct Conformal;
 /// Below this ‖J‖²_F a sample has collapsed to a point and is left out.
 const LEAST_TRACE: f32 = 1e-12;
 
-impl LossTerm for Conformal {
-    fn name(&self) -> &'static str {
+impl Term for Conformal {
+    fn name(&self) -> &str {
         "conformal"
     }
 
-    fn needs_tangents(&self) -> bool {
-        true
+    fn needs(&self) -> Needs {
+        Needs::TANGENTS
     }
 
-    fn accumulate(&self, samples: &Samples<'_>, weight: f32, gradients: &mut SampleGradients<'_>) -> f64 {
+    fn accumulate(&self, block: &Block<'_>, weight: f32, gradients: &mut Gradients<'_>) -> f64 {
         let mut sum = 0.0;
-        for (i, target) in samples.targets.iter().enumerate() {
-            let (u, v) = (samples.tangents[0][i], samples.tangents[1][i]);
+        for (i, target) in block.targets.iter().enumerate() {
+            let (u, v) = (block.tangents[0][i], block.tangents[1][i]);
             let n = target.surface_normal;
-            let trace = dot(u, u) + dot(v, v);
-            if trace < LEAST_TRACE || n == [0.0; 3] {
+            let trace = u.length_squared() + v.length_squared();
+            if trace < LEAST_TRACE || n == Vec3::ZERO {
                 continue;
             }
-            let determinant = dot(n, cross(u, v));
+            let determinant = n.dot(u.cross(v));
             let t = -determinant / trace;
             // |t| ≤ ½, so that the exponential is harmless.
             let exponential = (10.0 * t).exp();
@@ -36,10 +38,11 @@ impl LossTerm for Conformal {
             let slope = weight * exponential / (1.0 + exponential);
             // t = −det / trace: dt = −d(det)/trace + det d(trace)/trace².
             let (by_determinant, by_trace) = (-slope / trace, slope * determinant / (trace * trace));
-            add_scaled(&mut gradients.tangents[0][i], by_determinant, cross(v, n));
-            add_scaled(&mut gradients.tangents[1][i], by_determinant, cross(n, u));
-            add_scaled(&mut gradients.tangents[0][i], 2.0 * by_trace, u);
-            add_scaled(&mut gradients.tangents[1][i], 2.0 * by_trace, v);
+            let [by_u, by_v] = &mut gradients.tangents;
+            by_u[i] += by_determinant * v.cross(n);
+            by_v[i] += by_determinant * n.cross(u);
+            by_u[i] += 2.0 * by_trace * u;
+            by_v[i] += 2.0 * by_trace * v;
         }
         f64::from(sum)
     }

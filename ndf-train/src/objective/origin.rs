@@ -1,23 +1,24 @@
 //! Where images come from on the base mesh, as the reverse map begins there.
 
+use ndf_core::glam::Vec3;
 use ndf_core::{DVec3, Hint};
 use ndf_mesh::FacePoint;
 use ndf_mesh::{TriangleMesh, TriangleTree};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
-use crate::batch::Sample;
+use super::Place;
 
 /// A point x₀ of the base mesh and the plane that stands for the base mesh around it until it is sought again.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin {
-    pub(crate) place: Sample,
+    pub(crate) place: Place,
     /// x₀.
-    pub(crate) point: [f32; 3],
+    pub(crate) point: Vec3,
     /// What lies above x₀: its image g(x₀), or x₀ itself where g is not asked.
-    pub(crate) image: [f32; 3],
+    pub(crate) image: Vec3,
     /// Unit normal of the plane.
-    pub(crate) normal: [f32; 3],
+    pub(crate) normal: Vec3,
 }
 
 /// Steps towards the inverse of g, the last of them in the plane. Where g does not fold, a step brings it several times
@@ -75,8 +76,8 @@ fn closest(tree: &TriangleTree, points: &[DVec3], near: &[FacePoint]) -> Vec<Fac
 
 impl Origin {
     fn new(place: &FacePoint, point: DVec3, image: DVec3, normal: DVec3) -> Self {
-        let single = |v: DVec3| v.as_vec3().to_array();
-        Self { place: Sample::new(place), point: single(point), image: single(image), normal: single(normal) }
+        let (point, image, normal) = (point.as_vec3(), image.as_vec3(), normal.as_vec3());
+        Self { place: Place::new(place), point, image, normal }
     }
 }
 
@@ -111,10 +112,9 @@ mod tests {
         let base = field.base();
         let tree = TriangleTree::new(base);
         let rms = |origins: Vec<Origin>| {
-            let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
             let distance = |((origin, sample), y): ((&Origin, &FacePoint), &DVec3)| {
-                let (away, normal) = (*y - wide(origin.image), wide(origin.normal));
-                let start = wide(origin.point) + away - normal * away.dot(normal);
+                let (away, normal) = (*y - origin.image.as_dvec3(), origin.normal.as_dvec3());
+                let start = origin.point.as_dvec3() + away - normal * away.dot(normal);
                 start.distance_squared(sample.position(base))
             };
             let sum: f64 = origins.iter().zip(&samples).zip(&images).map(distance).sum();
