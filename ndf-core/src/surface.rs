@@ -67,7 +67,7 @@ pub enum Miss {
     #[error("no crossing of the level along the normal")]
     NoCrossing,
     /// The surface has nothing within its search radius.
-    #[error("nothing of the surface within reach")]
+    #[error("no part of the surface is within reach")]
     OutOfReach,
 }
 

@@ -60,7 +60,7 @@ impl Geodesics<'_> {
     ///
     /// # Errors
     /// If the windows were not [kept](crate::ExactOptions::keep_windows), the point is not on the mesh, no
-    /// source reaches it, or lengths that are not those of a surface lead the path astray.
+    /// source reaches it, or lengths that are not those of a surface mislead the path.
     pub fn path_to(&self, point: SurfacePoint) -> Result<Path, GeodesicError> {
         let length = self.distance_at(point)?;
         if self.windows.is_empty() {

@@ -43,7 +43,7 @@ pub struct DeltaComplex {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TopologyError {
     /// The numbers of tails and twins differ or are no multiple of three.
-    #[error("{tails} tails and {twins} twins do not make triangles")]
+    #[error("{tails} tails and {twins} twins do not form triangles")]
     Counts {
         /// How many tails.
         tails: usize,
@@ -51,13 +51,13 @@ pub enum TopologyError {
         twins: usize,
     },
     /// A tail is not a vertex.
-    #[error("half-edge {0} starts from a vertex that does not exist")]
+    #[error("half-edge {0} starts at a vertex that does not exist")]
     Tail(u32),
     /// A twin does not exist, is the half-edge itself, or has another twin.
-    #[error("half-edge {0} is not glued to one other half-edge")]
+    #[error("half-edge {0} is not paired with exactly one other half-edge")]
     Twin(u32),
     /// Twins do not run between the same vertices in opposite directions.
-    #[error("half-edge {0} is glued against the orientation or to other vertices")]
+    #[error("half-edge {0} and its twin do not share both vertices in opposite order")]
     Ends(u32),
     /// A vertex has no face, or its faces form more than one fan.
     #[error("the faces around vertex {0} do not form one fan")]

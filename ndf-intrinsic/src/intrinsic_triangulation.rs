@@ -49,7 +49,7 @@ pub enum FlipError {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InsertError {
     /// A parameter or a barycentric coordinate is not strictly inside its edge or face, or NaN.
-    #[error("the point is not inside the element it is said to be in")]
+    #[error("the point is outside the element that it names")]
     NotInside,
     /// The point is a vertex already.
     #[error("the point is vertex {0}")]
@@ -60,7 +60,7 @@ pub enum InsertError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RemoveError {
     /// It is a vertex of the input.
-    #[error("vertex {0} belongs to the input")]
+    #[error("vertex {0} is a vertex of the input")]
     OfInput(u32),
     /// Its edges cannot be flipped away, or a curve winds around it: both happen to faces without area only.
     #[error("vertex {0} cannot be reduced by flips to one inside a face")]

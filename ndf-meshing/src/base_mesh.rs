@@ -94,7 +94,7 @@ pub struct StageSeconds {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BaseMeshError {
     /// The surface offers no scalar field.
-    #[error("this surface has no scalar field to take an isosurface of; bring a base mesh instead")]
+    #[error("this surface has no implicit field to extract an isosurface from; provide a base mesh instead")]
     NoField,
     /// The isosurface failed.
     #[error(transparent)]
@@ -294,7 +294,7 @@ mod tests {
         }
         let error = base_mesh(&Fieldless, &options(10, 10), &NoProgress).unwrap_err();
         assert_eq!(error, BaseMeshError::NoField);
-        assert!(error.to_string().contains("no scalar field"));
+        assert!(error.to_string().contains("no implicit field"));
         struct Stop;
         impl Progress for Stop {
             fn report(&self, _: &str, _: f64) {}

@@ -25,7 +25,7 @@ const SCALES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
 
 /// A scale that is too small, too large or no number, or a centre that is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the scale or the centre is not usable")]
+#[error("the scale or the centre is out of range")]
 pub struct SimilarityError;
 
 impl Similarity {

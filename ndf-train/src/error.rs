@@ -34,7 +34,9 @@ pub enum TrainError {
         epoch: usize,
     },
     /// Too few samples have a foot.
-    #[error("only {share:.1} % of the base mesh finds the surface; is it near the surface?")]
+    #[error(
+        "only {share:.1} % of the base mesh projects onto the surface; check that both are in the same units"
+    )]
     OutOfReach {
         /// Share of the samples with a foot, in percent.
         share: f64,

@@ -210,10 +210,10 @@ pub enum SettingsError {
     #[error(transparent)]
     Shape(#[from] ShapeError),
     /// A run without epochs, where it needs one.
-    #[error("there must be at least one epoch")]
+    #[error("at least one epoch is needed")]
     NoEpochs,
     /// Batches without samples.
-    #[error("there must be at least one sample")]
+    #[error("at least one sample is needed")]
     NoSamples,
     /// Batches that are too large.
     #[error("more than 67 million samples in a batch are not supported")]
@@ -228,7 +228,7 @@ pub enum SettingsError {
     #[error("a batch lasts at least one epoch")]
     NoBatch,
     /// Batches that end between projections.
-    #[error("a batch must last a multiple of the epochs between projections")]
+    #[error("the epochs of a batch must be a multiple of the epochs between projections")]
     Batch,
     /// The learning rate.
     #[error("the learning rate must be positive")]
@@ -237,13 +237,13 @@ pub enum SettingsError {
     #[error("the rate of the features must be positive")]
     FeatureRate,
     /// The weight of a loss.
-    #[error("weights of losses must not be negative")]
+    #[error("loss weights must be finite and not negative")]
     Weight,
     /// The share of the epochs in which numbers are rounded.
-    #[error("the share of rounded epochs is between 0 and 1")]
+    #[error("the share of rounded epochs must be between 0 and 1")]
     RoundedShare,
     /// The bits of features.
-    #[error("features have 3 to 14 bits")]
+    #[error("features must have 3 to 14 bits")]
     Bits,
 }
 

@@ -200,15 +200,15 @@ impl Checkpoint {
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, CheckpointError> {
         let content = |what: &str| CheckpointError::Content(what.to_owned());
-        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| content("it does not begin as one"))?;
-        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(|| content("it is cut short"))?;
+        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| content("the magic number is wrong"))?;
+        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(|| content("it is truncated"))?;
         if crc32fast::hash(rest) != u32::from_le_bytes(*sum) {
             return Err(content("its checksum does not match"));
         }
         // The checksum holds: what follows was written by this program, of this or another version.
         let mut rest = rest;
         let mut take = |n: usize| {
-            let (head, tail) = rest.split_at_checked(n).ok_or_else(|| content("it is cut short"))?;
+            let (head, tail) = rest.split_at_checked(n).ok_or_else(|| content("it is truncated"))?;
             rest = tail;
             Ok::<&[u8], CheckpointError>(head)
         };
@@ -240,7 +240,7 @@ impl Checkpoint {
             companions.push(Companion { name, parameters, moments });
         }
         if !rest.is_empty() {
-            return Err(content("there is more in it than there should be"));
+            return Err(content("there are bytes after its end"));
         }
         let mlp =
             Mlp::new(settings.field.mlp(), theta).map_err(|_| content("its network has another shape"))?;

@@ -25,7 +25,7 @@ use crate::step::{Active, Chunk, Shared, Step};
 /// Stream of random numbers of a stage that has one batch; the batches of others count up from 0.
 const STAYING_STREAM: u64 = u64::MAX - 1;
 
-/// Mean squared distance, normalised, beyond which training has gone astray: images are farther from the surface
+/// Mean squared distance, normalised, beyond which training has diverged: images are farther from the surface
 /// than the box is wide.
 const ASTRAY: f64 = 9.0;
 

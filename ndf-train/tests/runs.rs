@@ -1,4 +1,4 @@
-//! Runs that are interrupted, resumed, led astray or held by anchors.
+//! Runs that are interrupted, resumed, misled or held by anchors.
 
 #![allow(clippy::unwrap_used, reason = "all of this file is test code")]
 

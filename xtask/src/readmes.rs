@@ -41,7 +41,8 @@ fn readme(name: &str, source: &str) -> String {
     let page: Vec<&str> = source
         .lines()
         .take_while(|line| line.starts_with("//!"))
-        .map(|line| line.trim_start_matches("//!").trim_start_matches(' '))
+        .map(|line| line.trim_start_matches("//!"))
+        .map(|line| line.strip_prefix(' ').unwrap_or(line))
         .collect();
     let paragraph: Vec<String> =
         page.iter().take_while(|line| !line.is_empty()).map(|l| without_links(l)).collect();

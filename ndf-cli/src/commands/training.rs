@@ -14,7 +14,7 @@ use crate::input::Kind;
 pub struct Training {
     #[command(flatten)]
     chosen: Chosen,
-    /// End training after this long, with what is learned by then; of a run that is resumed, after this long from now.
+    /// End training after this time and keep what is learned by then; a resumed run starts a new count.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
 }
@@ -130,21 +130,16 @@ pub fn bits(text: &str) -> Result<u32, String> {
     let allowed = Precision::BITS;
     match text.parse() {
         Ok(bits) if allowed.contains(&bits) => Ok(bits),
-        _ => Err(format!("a number from {} to {} is expected", allowed.start(), allowed.end())),
+        _ => Err(format!("expected a number from {} to {}", allowed.start(), allowed.end())),
     }
 }
 
 fn weight(text: &str) -> Result<f32, String> {
     let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
-    if x.is_finite() && x >= 0.0 {
-        Ok(x)
-    } else {
-        Err("a number that is not negative is expected".to_owned())
-    }
+    if x.is_finite() && x >= 0.0 { Ok(x) } else { Err("expected a number that is not negative".to_owned()) }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let x: f64 = text.parse().map_err(|_| "a number of seconds is expected".to_owned())?;
-    Duration::try_from_secs_f64(x)
-        .map_err(|_| "a number of seconds that is not negative is expected".to_owned())
+    let x: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(x).map_err(|_| "expected a number of seconds that is not negative".to_owned())
 }

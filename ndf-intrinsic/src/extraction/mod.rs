@@ -69,7 +69,7 @@ pub enum ExtractionError {
     #[error("the edge length must be a positive number, not {0}")]
     EdgeLength(f64),
     /// More faces than asked for at most.
-    #[error("this edge length needs more than {0} triangles; ask for a longer one")]
+    #[error("this edge length needs more than {0} triangles; choose a longer one")]
     TooManyFaces(usize),
     /// The network maps a point of the base to NaN or infinity.
     #[error("the field is not finite on base face {0}")]

@@ -46,7 +46,7 @@ pub(super) fn relax(
                 .collect();
             let places: Vec<FacePoint> = moves.iter().map(|&(_, place, _)| place).collect();
             for ((k, place, target), point) in moves.into_iter().zip(map(field, &places)?) {
-                // Where g is far from the identity the walk may lead astray: then the vertex stays.
+                // Where g is far from the identity the walk may go wrong: then the vertex stays.
                 if point.distance(target) < ASTRAY * points[first + k].distance(target) {
                     (moved[k], origins[k]) = (point, place);
                 }

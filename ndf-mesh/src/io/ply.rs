@@ -212,7 +212,7 @@ fn read_lists<R: io::BufRead>(
         for &x in &row.list {
             // −1 separates strips; as an index of a face it is out of range like any other wrong one.
             let index = if x == -1.0 { Some(u32::MAX) } else { (x as u32 as f64 == x).then_some(x as u32) };
-            indices.push(index.ok_or_else(|| format!("{x} is no vertex index"))?);
+            indices.push(index.ok_or_else(|| format!("{x} is not a vertex index"))?);
         }
         each(&indices);
         Ok(())

@@ -17,7 +17,7 @@ pub enum WriteError {
         source: std::io::Error,
     },
     /// The extension is not one of those that can be written.
-    #[error("cannot tell the format of {} from its name; end it in .ply, .obj or .stl", path.display())]
+    #[error("the name {} does not tell the format; end it in .ply, .obj or .stl", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,

@@ -58,7 +58,7 @@ pub struct Isosurface {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IsosurfaceError {
     /// The grid is empty or too fine.
-    #[error("a grid of {0} cells along the longest side was asked for; it must have 1 to {LARGEST_GRID}")]
+    #[error("the grid must have 1 to {LARGEST_GRID} cells along its longest side, not {0}")]
     GridSize(u32),
     /// The box cannot be sampled.
     #[error("the bounds of the field are empty or not finite: {0:?}")]

@@ -127,7 +127,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let exponent = r.u8()? as i8;
     let length = r.u32()? as usize;
     if !is_plausible(faces, length) {
-        return Err(r.defect("it has absurdly many faces"));
+        return Err(r.defect("it announces more faces than its bytes can hold"));
     }
     let mut coder = Decoder::new(r.take(length)?);
     let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
@@ -159,11 +159,11 @@ fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[
     let mut models = [Integers::new(), Integers::new(), Integers::new()];
     let mut done: Vec<[i32; 3]> = Vec::with_capacity(base.vertex_count());
     for v in 0..base.vertex_count() as u32 {
-        let foretold = foretell(base, v, &done);
+        let predicted = predict(base, v, &done);
         let mut position = [0; 3];
         for c in 0..3 {
-            let rest = known.map_or(0, |known| known[v as usize][c].wrapping_sub(foretold[c]));
-            position[c] = foretold[c].wrapping_add(models[c].code(coder, rest));
+            let rest = known.map_or(0, |known| known[v as usize][c].wrapping_sub(predicted[c]));
+            position[c] = predicted[c].wrapping_add(models[c].code(coder, rest));
         }
         done.push(position);
     }
@@ -172,7 +172,7 @@ fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[
 
 /// The mean of the parallelograms that end in a vertex (Touma & Gotsman 1998); where there is none, of the neighbours
 /// that are known; else the vertex before.
-fn foretell(base: &ManifoldMesh, v: u32, done: &[[i32; 3]]) -> [i32; 3] {
+fn predict(base: &ManifoldMesh, v: u32, done: &[[i32; 3]]) -> [i32; 3] {
     let mut parallelograms = Mean::default();
     let mut neighbours = Mean::default();
     let known = |v: u32| done.get(v as usize).map(|p| p.map(i64::from));

@@ -81,7 +81,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn end(&self) -> Result<(), ModelError> {
-        if self.rest.is_empty() { Ok(()) } else { Err(self.defect("it is longer than it should be")) }
+        if self.rest.is_empty() { Ok(()) } else { Err(self.defect("there are bytes after its end")) }
     }
 }
 

@@ -43,13 +43,13 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
     if !is_model(bytes) {
         return Err(ModelError::Magic);
     }
-    let cut = ModelError::Header("the file is cut short");
+    let cut = ModelError::Header("the file is truncated");
     let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
     if version == 0 || version > VERSION {
         return Err(ModelError::Version(version));
     }
     if count as usize > MOST_SECTIONS {
-        return Err(ModelError::Header("it claims an absurd number of sections"));
+        return Err(ModelError::Header("it announces too many sections"));
     }
     let table_end = 16 + ENTRY * count as usize;
     let Some(header_sum) = word(table_end) else { return Err(cut) };
@@ -73,7 +73,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
         sections.push((*tag, payload));
     }
     if !rest.is_empty() {
-        return Err(ModelError::Header("there is something behind the last section"));
+        return Err(ModelError::Header("there are bytes after the last section"));
     }
     Ok((version, sections))
 }

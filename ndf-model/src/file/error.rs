@@ -43,7 +43,7 @@ pub enum TensorsError {
     #[error("not a usable .safetensors file: {0}")]
     File(#[from] SafeTensorError),
     /// The file holds something else.
-    #[error("the file has no metadata of a model: it was not exported from one")]
+    #[error("the file has no model metadata, so it was not exported from a model")]
     NotAModel,
     /// The metadata cannot be read.
     #[error("the metadata of the model: {0}")]
@@ -57,6 +57,6 @@ pub enum TensorsError {
         defect: String,
     },
     /// The parts do not fit together.
-    #[error("the parts do not make a model: {0}")]
+    #[error("the parts do not form a model: {0}")]
     Parts(String),
 }

@@ -97,7 +97,7 @@ pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Resu
             let grids: Vec<Grid> = r.take(groups.count())?.iter().map(|&e| Grid::new(e as i8)).collect();
             let length = r.u32()? as usize;
             if !is_plausible(count, length) {
-                return Err(r.defect("it has absurdly many numbers"));
+                return Err(r.defect("it announces more numbers than its bytes can hold"));
             }
             let mut coder = Decoder::new(r.take(length)?);
             let mut models = vec![Integers::new(); groups.count()];
@@ -108,7 +108,7 @@ pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Resu
                     return Err(r.defect("it ends too early"));
                 }
             }
-            if coder.is_spent() { Ok(numbers) } else { Err(r.defect("it is longer than it should be")) }
+            if coder.is_spent() { Ok(numbers) } else { Err(r.defect("there are bytes after its end")) }
         }
         other => Err(r.defect(format!("coding {other} is not known"))),
     }

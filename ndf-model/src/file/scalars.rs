@@ -44,7 +44,9 @@ pub(super) fn write(fields: &SurfaceScalars) -> Vec<u8> {
 pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceScalars, ModelError> {
     let count = r.u32()? as usize;
     if count > MOST_CHANNELS {
-        return Err(r.defect(format!("{count} scalar fields are more than {MOST_CHANNELS}")));
+        return Err(
+            r.defect(format!("{count} scalar fields announced; at most {MOST_CHANNELS} are supported"))
+        );
     }
     let channels: Vec<Channel> = (0..count).map(|_| read_channel(&mut r)).collect::<Result<_, _>>()?;
     let dimension = network::read_dimension(&mut r)?;

@@ -7,13 +7,13 @@ pub enum ShapeError {
     #[error("more than 4096 features a vertex are not supported")]
     Features,
     /// Octaves of the positional encoding.
-    #[error("more than 20 octaves are beyond single precision")]
+    #[error("more than 20 octaves exceed single precision")]
     Octaves,
     /// Number of hidden layers.
     #[error("more than 255 hidden layers are not supported")]
     Layers,
     /// Width of a hidden layer.
-    #[error("hidden layers have 1 to 4096 neurons")]
+    #[error("hidden layers must have 1 to 4096 neurons")]
     Neurons,
 }
 
@@ -37,6 +37,6 @@ pub enum NetworkError {
     #[error("{0}: a value is not finite")]
     NotFinite(&'static str),
     /// A base vertex cannot be rounded to `f32`.
-    #[error("base vertex {0} does not fit single precision")]
+    #[error("base vertex {0} is outside the range of single precision")]
     BaseVertex(usize),
 }

@@ -9,10 +9,10 @@ pub const MOST_CHANNELS: usize = 4096;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ScalarsError {
     /// There is no channel.
-    #[error("there are no scalar fields")]
+    #[error("no scalar fields given")]
     Empty,
     /// There are too many channels.
-    #[error("{0} scalar fields are more than {MOST_CHANNELS}")]
+    #[error("{0} scalar fields given; at most {MOST_CHANNELS} are supported")]
     TooMany(usize),
     /// A name that cannot stand in a file.
     #[error(

@@ -38,7 +38,7 @@ enum State {
     Moving,
     /// At a point of the level, with its unit normal.
     Arrived(DVec3, DVec3),
-    /// The gradient was of no use, or led astray.
+    /// The gradient was of no use, or misled.
     Lost,
 }
 

@@ -153,7 +153,7 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
         growth: encoding.number("per_level_scale")?,
         smooth: encoding.text("interpolation").eq_ignore_ascii_case("smoothstep"),
     };
-    let grid_size = shape.parameters().ok_or_else(|| broken("the sizes of its grid make no sense"))?;
+    let grid_size = shape.parameters().ok_or_else(|| broken("the sizes of its grid are out of range"))?;
 
     let network = root.map("network")?;
     let inputs = (shape.levels * features).next_multiple_of(16);

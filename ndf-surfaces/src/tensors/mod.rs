@@ -83,7 +83,7 @@ impl std::fmt::Display for Container {
 #[derive(Debug, thiserror::Error)]
 pub enum TensorError {
     /// The file begins like no known container.
-    #[error("the file is no PyTorch, safetensors, NumPy or HDF5 file")]
+    #[error("the file is not a PyTorch, safetensors, NumPy or HDF5 file")]
     Magic,
     /// The file ends early, or contradicts itself.
     #[error("the file is damaged: {0}")]

@@ -13,7 +13,8 @@ pub(super) fn read_file(bytes: &[u8]) -> Result<Contents, TensorError> {
 /// An array of a name. Objects in it are named by their keys and indices after that.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<Contents, TensorError> {
     let (header, data) = split(bytes).ok_or_else(|| damaged("the header of an array is cut off"))?;
-    let header = Header::parse(header).ok_or_else(|| damaged("the header of an array is not understood"))?;
+    let header =
+        Header::parse(header).ok_or_else(|| damaged("the header of an array has an unknown form"))?;
     if header.kind.ends_with('O') {
         let (pickle, _) = unpickle(data)?;
         return pickle.tensors(name, &mut |_| None);

@@ -1,4 +1,4 @@
-//! The machine: fronts, and what is conquered.
+//! The machine: fronts, and what is visited.
 
 use super::super::range_coder::{Bit, Coder, Integers};
 use ndf_mesh::NO_HALFEDGE;
@@ -25,13 +25,13 @@ pub(super) enum Step {
     Merge(i32, i32),
 }
 
-/// A vertex on a front: where conquered faces, on the left, meet those to come. A vertex may be several nodes.
+/// A vertex on a front: where visited faces, on the left, meet those to come. A vertex may be several nodes.
 #[derive(Clone, Copy)]
 pub(super) struct Node {
     pub(super) vertex: u32,
     pub(super) next: u32,
     pub(super) previous: u32,
-    /// The conquered half-edge to the next node.
+    /// The visited half-edge to the next node.
     pub(super) halfedge: u32,
     /// Whether that lies on the boundary.
     is_border: bool,
@@ -45,17 +45,17 @@ pub(super) trait Guide {
     /// What lies across the gate that begins at this node; anything, where that is to be read.
     fn across(&mut self, machine: &Machine, gate: u32) -> Step;
 
-    /// The first face of a component is about to be conquered.
+    /// The first face of a component is about to be visited.
     fn begin(&mut self);
 }
 
-/// Fronts and what is conquered.
+/// Fronts and what is visited.
 pub(super) struct Machine {
     nodes: Vec<Node>,
     /// A node of every front that waits.
     pub(super) waiting: Vec<u32>,
     pub(super) faces: Vec<[u32; 3]>,
-    /// Faces around every vertex, as conquered so far.
+    /// Faces around every vertex, as visited so far.
     pub(super) degrees: Vec<u32>,
     /// Node that holds a half-edge on a front.
     pub(super) owners: Vec<u32>,
@@ -194,7 +194,7 @@ impl Machine {
     fn step(&mut self) -> Result<(), Defect> {
         self.steps += 1;
         let most = STEPS_PER_FACE * (self.faces.len() + 1024);
-        if self.steps > most { Err("the fronts of its faces are absurdly long") } else { Ok(()) }
+        if self.steps > most { Err("the fronts of its faces are too long") } else { Ok(()) }
     }
 
     /// Takes the front of this node as far as it goes; what is split off waits.
@@ -269,7 +269,7 @@ impl Machine {
                 }
                 Step::Merge(front, offset) => {
                     let at = usize::try_from(front).ok().filter(|&front| front < self.waiting.len());
-                    let at = at.ok_or("fronts meet of which one is not there")?;
+                    let at = at.ok_or("two fronts meet, but one of them does not exist")?;
                     let mut s = self.waiting.remove(self.waiting.len() - 1 - at);
                     for _ in 0..offset {
                         self.step()?;
@@ -335,9 +335,9 @@ impl Machine {
             self.step()?;
             s = if offset > 0 { self.node(s).next } else { self.node(s).previous };
             if s == a || s == b {
-                return Err("a front meets itself where it is not");
+                return Err("a front meets itself at a node that it does not have");
             }
         }
-        if s == a || s == b { Err("a front meets itself where it is not") } else { Ok(s) }
+        if s == a || s == b { Err("a front meets itself at a node that it does not have") } else { Ok(s) }
     }
 }

@@ -1,8 +1,8 @@
-//! Connectivity of a manifold mesh in a few bits a vertex: the mesh is conquered face by face, and at every step
-//! the coder says what lies across the *gate*, an edge between conquered faces and those to come.
+//! Connectivity of a manifold mesh in a few bits a vertex: the mesh is visited face by face, and at every step
+//! the coder says what lies across the *gate*, an edge between visited faces and those to come.
 //!
 //! This is the cut-border machine of Gumhold & Straßer (1998) with the order of Touma & Gotsman (1998): faces around
-//! one vertex, the *pivot*, are conquered before its neighbour's. Whether a face closes the fan around the pivot is
+//! one vertex, the *pivot*, are visited before its neighbour's. Whether a face closes the fan around the pivot is
 //! coded in the light of how many faces it has already, which costs as much as coding the valences of the vertices.
 //! What needs offsets, fronts that meet themselves (genus 0: a few, by chance) or one another (handles), is rare in this
 //! order. Edges of the boundary are told when they become gates.
@@ -54,7 +54,7 @@ pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<Base
 /// If the stream ends early or does not make sense. O(faces) memory, of the faces that are really there.
 pub(super) fn decode(coder: &mut impl Coder, face_count: usize) -> Result<(Vec<[u32; 3]>, usize), Defect> {
     if face_count > MOST_FACES {
-        return Err("it has absurdly many faces");
+        return Err("it announces more faces than its bytes can hold");
     }
     let mut machine = Machine::new();
     machine.run(coder, &mut Reading, face_count)?;

@@ -10,7 +10,7 @@ pub(super) struct Writing<'a> {
     mesh: &'a ManifoldMesh,
     pub(super) order: BaseOrder,
     /// Of every face of the mesh, the half-edge in its own numbering that became the first of the new face; and that
-    /// face. [`NO_HALFEDGE`] before it is conquered.
+    /// face. [`NO_HALFEDGE`] before it is visited.
     new_faces: Vec<u32>,
     new_vertices: Vec<u32>,
     next_component: u32,
@@ -27,7 +27,7 @@ impl<'a> Writing<'a> {
         }
     }
 
-    fn is_conquered(&self, halfedge: u32) -> bool {
+    fn is_visited(&self, halfedge: u32) -> bool {
         self.new_faces[halfedge as usize / 3] != NO_HALFEDGE
     }
 
@@ -60,7 +60,7 @@ impl<'a> Writing<'a> {
         // Towards the faces before `out`, then towards those behind.
         let mut h = out;
         while let Some(twin) = mesh.twin(h) {
-            if self.is_conquered(twin) {
+            if self.is_visited(twin) {
                 let before = machine.owners[self.new_halfedge(twin) as usize];
                 return Some(machine.node(before).next);
             }
@@ -68,7 +68,7 @@ impl<'a> Writing<'a> {
         }
         h = mesh.previous(out);
         while let Some(twin) = mesh.twin(h) {
-            if self.is_conquered(twin) {
+            if self.is_visited(twin) {
                 return Some(machine.owners[self.new_halfedge(twin) as usize]);
             }
             h = mesh.previous(twin);
@@ -115,7 +115,7 @@ impl<'a> Writing<'a> {
 
 impl Guide for Writing<'_> {
     fn begin(&mut self) {
-        while self.is_conquered(3 * self.next_component) {
+        while self.is_visited(3 * self.next_component) {
             self.next_component += 1;
         }
         self.take_face(3 * self.next_component);
@@ -134,7 +134,7 @@ impl Guide for Writing<'_> {
             self.take_vertex(vertex);
             return Step::New;
         }
-        let s = self.node_at(machine, out).expect("a vertex that was seen has a conquered face");
+        let s = self.node_at(machine, out).expect("a vertex that was seen has a visited face");
         self.take_face(twin);
         if s == machine.node(b).next {
             Step::CloseAhead

@@ -6,7 +6,7 @@ const LONGEST_COPY: usize = 264;
 /// Expands to exactly `size` bytes.
 pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
     if size / LONGEST_COPY > input.len() {
-        return Err(format!("{} compressed bytes cannot expand to {size}", input.len()));
+        return Err(format!("{} compressed bytes cannot expand to {size} bytes", input.len()));
     }
     let cut = || "the compressed data is cut off".to_owned();
     let mut output = Vec::with_capacity(size);
@@ -28,8 +28,10 @@ pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
                 length += usize::from(byte().ok_or_else(cut)?);
             }
             let back = ((control & 31) << 8) + usize::from(byte().ok_or_else(cut)?) + 1;
-            let start =
-                output.len().checked_sub(back).ok_or("the compressed data refers to before its beginning")?;
+            let start = output
+                .len()
+                .checked_sub(back)
+                .ok_or("the compressed data refers to bytes before its beginning")?;
             // The copy may overlap what it makes.
             for i in start..start + length + 2 {
                 output.push(output[i]);

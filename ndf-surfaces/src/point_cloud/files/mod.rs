@@ -71,7 +71,7 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// The content is none of the known formats.
-    #[error("{} is no file of points: {reason}; PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ can be read", path.display())]
+    #[error("{} is not a point cloud: {reason}; PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ can be read", path.display())]
     Unrecognised {
         /// The file.
         path: PathBuf,

@@ -125,7 +125,7 @@ impl Header {
                 }
                 "VERSION" | "VIEWPOINT" => {}
                 _ if keyword.starts_with('#') => {}
-                _ => return Err(format!("{keyword} is no word of a PCD header")),
+                _ => return Err(format!("{keyword} is not a keyword of a PCD header")),
             }
         }
     }
@@ -190,7 +190,7 @@ impl Header {
             }
             for &column in columns {
                 let word = words[word_of(column)];
-                rows.push(word.parse().map_err(|_| format!("point {point}: {word} is no number"))?);
+                rows.push(word.parse().map_err(|_| format!("point {point}: {word} is not a number"))?);
             }
             read += 1;
         }

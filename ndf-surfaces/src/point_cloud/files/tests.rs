@@ -73,7 +73,7 @@ fn defects_of_text_are_told() {
     for (text, said) in [
         (format!("7\n{xyz}"), "announces 7 points, but holds 4"),
         (format!("{xyz}1 2\n"), "line 5 has 2 numbers"),
-        (format!("{xyz}1 2 x\n"), "line 5 does not hold numbers alone"),
+        (format!("{xyz}1 2 x\n"), "line 5 holds something other than numbers"),
         ("1 2 3\n4 5 6\n".to_owned(), "2 of 2 points"),
         ("1 2 3\n".repeat(9), "1 of 9 points"),
         (String::new(), "it is empty"),
@@ -116,7 +116,7 @@ fn defects_of_pcd_are_told() {
         ("DATA ascii", "DATA roman", "DATA roman is not known"),
         ("DATA ascii", "DATA binary", "follow the header"),
         ("DATA ascii", "DATA binary_compressed", "compressed"),
-        ("\n0 0 ", "\n0 zero ", "is no number"),
+        ("\n0 0 ", "\n0 zero ", "is not a number"),
     ] {
         let bad = good.replacen(from, to, 1);
         assert_ne!(bad, good, "{from}");

@@ -45,7 +45,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
                     row.len()
                 ));
             }
-            _ => return Err(format!("line {number} does not hold numbers alone")),
+            _ => return Err(format!("line {number} holds something other than numbers")),
         }
     }
     if columns == 0 {

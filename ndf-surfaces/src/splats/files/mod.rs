@@ -40,7 +40,7 @@ impl fmt::Display for SplatFormat {
 pub enum SplatError {
     /// The content is none of the formats.
     #[error(
-        "the file is no splat file (PLY with opacity, scale and rot, compressed PLY, SPZ or 32-byte records)"
+        "the file is not a splat file (PLY with opacity, scale and rot, compressed PLY, SPZ or 32-byte records)"
     )]
     Unknown,
     /// The file ends early or contradicts itself.

@@ -74,7 +74,7 @@ impl Walk<'_, '_> {
     fn visit(&mut self, id: Id, path: &str, depth: usize) -> Result<(), TensorError> {
         self.visits += 1;
         if self.visits > MOST_VISITS {
-            return Err(damaged("its objects are too many"));
+            return Err(damaged("it has too many objects"));
         }
         if depth > DEEPEST {
             return Ok(());
