@@ -1,5 +1,6 @@
 //! What can go wrong.
 
+use ndf_core::Cancelled;
 use ndf_mesh::SurfacePoint;
 
 /// Why there are no distances, or no path.
@@ -16,8 +17,8 @@ pub enum GeodesicError {
         point: SurfacePoint,
     },
     /// The observer stopped the work.
-    #[error("cancelled")]
-    Cancelled,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// A query needs the windows, but they were not kept.
     #[error("distances inside faces and paths need the windows to be kept")]
     WindowsNotKept,

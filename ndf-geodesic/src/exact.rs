@@ -62,7 +62,7 @@ impl Geodesics<'_> {
         self.distances.iter().filter(|d| d.is_infinite()).count()
     }
 
-    /// What it took.
+    /// What the computation took.
     pub fn report(&self) -> ExactReport {
         self.report
     }

@@ -15,8 +15,8 @@
 //!
 //! # When to use which
 //! [Exact windows](crate::exact_distances) where distances are measured, compared or followed back to paths:
-//! exact on any triangulation, slivers included. Heat where the same surface is asked again and again from
-//! other sources, where a smooth field is wanted, or where errors of about one per cent do not matter.
+//! exact on any triangulation, slivers included. Heat where the same surface is queried many times from
+//! different sources, where a smooth field is wanted, or where errors of about one per cent do not matter.
 //!
 //! # Delaunay
 //! On other triangulations cotangents may be negative and heat may fall below zero. The solver therefore works
@@ -95,7 +95,7 @@ impl HeatSolver {
         // vertex at exactly 0 and changes nothing else, but makes the matrix definite.
         let mut poisson = operator.laplacian().clone();
         let mut pulled = vec![false; components.count()];
-        for (v, &component) in components.of_vertices().iter().enumerate() {
+        for (v, &component) in components.labels().iter().enumerate() {
             if !std::mem::replace(&mut pulled[component as usize], true)
                 && let Some(diagonal) = poisson.get_mut(v, v)
             {
@@ -123,7 +123,7 @@ impl HeatSolver {
             return Err(GeodesicError::NoSource);
         }
         let mut heat = vec![0.0; self.mesh.vertex_count()];
-        let component_of = self.components.of_vertices();
+        let component_of = self.components.labels();
         // Each source as vertices and weights.
         let mut weights = Vec::new();
         for &source in sources {

@@ -127,9 +127,7 @@ impl<'a> Wavefront<'a> {
             }
             self.report.tasks += 1;
             if self.report.tasks.is_multiple_of(TASKS_PER_REPORT) {
-                if progress.cancelled() {
-                    return Err(GeodesicError::Cancelled);
-                }
+                progress.check()?;
                 progress.report("geodesic distances", settled as f64 / self.mesh.vertex_count() as f64);
             }
         }

@@ -7,7 +7,7 @@ mod common;
 
 use common::subdivided;
 use ndf_core::DVec3;
-use ndf_core::progress::{NoProgress, Progress};
+use ndf_core::progress::{Cancelled, NoProgress, Progress};
 #[cfg(feature = "heat")]
 use ndf_geodesic::HeatSolver;
 use ndf_geodesic::{ExactOptions, GeodesicError, exact_distances};
@@ -376,7 +376,7 @@ fn the_observer_can_cancel_and_runs_repeat() {
     let mesh = intrinsic(&shapes::torus(60, 40, 1.0, 0.4));
     let error =
         exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &Impatient).err();
-    assert_eq!(error, Some(GeodesicError::Cancelled));
+    assert_eq!(error, Some(GeodesicError::Cancelled(Cancelled)));
     assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
 }
 

@@ -46,13 +46,13 @@ impl Components {
         Self { of_vertex: order.iter().map(|&v| self.of_vertex[v]).collect(), areas: self.areas.clone() }
     }
 
-    /// How many there are.
+    /// Number of components.
     pub fn count(&self) -> usize {
         self.areas.len()
     }
 
     /// The component of every vertex.
-    pub fn of_vertices(&self) -> &[u32] {
+    pub fn labels(&self) -> &[u32] {
         &self.of_vertex
     }
 
@@ -70,7 +70,7 @@ impl Components {
         sums.iter().zip(&self.areas).map(|(sum, area)| sum / area).collect()
     }
 
-    /// Takes the means over every component from functions, given their products with the mass matrix.
+    /// Subtracts from functions their means over every component, given their products with the mass matrix.
     pub(crate) fn remove_means(&self, panel: &mut [Row], massed: &[Row]) {
         let mut means = vec![[0.0; WIDTH]; self.count()];
         for (&component, row) in self.of_vertex.iter().zip(massed) {

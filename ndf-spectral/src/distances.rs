@@ -6,8 +6,8 @@ use crate::modes::Modes;
 /// Which distance. Squared, each is `Σ w(λ) (φ(x) − φ(y))²`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpectralDistance {
-    /// `w = exp(−2λt)` (Coifman and Lafon 2006), for a time in squared units of length: how differently heat from the
-    /// two points is spread after it.
+    /// `w = exp(−2λt)` (Coifman and Lafon 2006), for a time in squared units of length: compares how
+    /// heat from the two points has spread after that time.
     Diffusion(f64),
     /// `w = 1/λ` (Fouss et al. 2007). On a surface the sum over all modes diverges (as a logarithm): a measure of scale
     /// only for a given number of modes.

@@ -1,5 +1,7 @@
 //! What can go wrong.
 
+use ndf_core::Cancelled;
+
 use crate::modes::Modes;
 
 /// Why a spectral computation failed.
@@ -29,15 +31,15 @@ pub enum SpectralError {
     #[error("vertex {0} has no area around it")]
     NoArea(usize),
     /// An entry of the operator is not finite: a face without area.
-    #[error("the operator is not finite at vertex {0}: a face there has no area, or one that is not finite")]
+    #[error("the operator is not finite at vertex {0}: the area of a face there is zero or not finite")]
     NotFinite(usize),
     /// The shifted operator is not numerically positive definite.
     #[error("the shifted operator is not positive definite: the mesh is too distorted for double precision")]
     NotPositiveDefinite,
-    /// Memory for the factorisation could not be had.
+    /// There is not enough memory for the factorisation.
     #[error("not enough memory to factorise a matrix of {0} rows")]
     OutOfMemory(usize),
-    /// The iteration ended before all modes were found; those found are here.
+    /// The iteration ended before all modes converged.
     #[error("{} of {asked} modes converged in {applications} applications of the operator", found.len())]
     NotConverged {
         /// The modes that converged, ascending.
@@ -50,7 +52,7 @@ pub enum SpectralError {
     /// An iterative solve did not reach its tolerance.
     #[error("the solve stopped at a relative residual of {0:.1e}")]
     SolveNotConverged(f64),
-    /// The observer asked to stop.
-    #[error("cancelled")]
-    Cancelled,
+    /// The observer stopped the work.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }

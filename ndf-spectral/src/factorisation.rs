@@ -94,7 +94,7 @@ impl SymbolicCholesky {
     }
 
     /// How many eigenvalues of a symmetric matrix of the analysed pattern are negative, by the signs of the pivots of
-    /// LDLᵀ (Sylvester's law of inertia). `None` where the pivots are not to be trusted.
+    /// LDLᵀ (Sylvester's law of inertia). `None` if the pivots cannot be trusted.
     ///
     /// # Errors
     /// If memory is short.
@@ -147,8 +147,8 @@ impl Cholesky {
         self.symbolic.symbolic.nrows()
     }
 
-    /// Solves for up to four right-hand sides at once, each replaced by its solution: together they cost hardly more
-    /// than one. Reads the factor twice for every four.
+    /// Solves for up to four right-hand sides at once, each replaced by its solution. Four cost little more than one: the
+    /// factor is read twice for all of them.
     ///
     /// # Panics
     /// If a length is not the number of rows.

@@ -1,7 +1,7 @@
 //! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
 //!
-//! The space grows by blocks: a factor is read once for a whole block of solves, which is what they cost, and blocks
-//! find multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all
+//! The space grows by blocks. A solve costs as much as reading the factor, which a block reads once; and blocks find
+//! multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all
 //! before it, twice where much of it cancels (full reorthogonalisation), and the projected operator is kept as
 //! computed, so that a restart is no more than a change of basis (Wu and Simon 2000, "Thick-restart Lanczos method for
 //! large symmetric eigenvalue problems"; Stewart 2002 for the Krylov–Schur view). Shift and invert: Ericsson and Ruhe
@@ -98,8 +98,8 @@ impl<'a> KrylovSpace<'a> {
         self.coupled_to_all = true;
     }
 
-    /// Images of random functions, orthogonal to the whole basis. Noise itself would leave its traces in all results:
-    /// what is but rounding in coefficients becomes large when L is applied to it.
+    /// Images of random functions, orthogonal to the whole basis. Plain noise would leave traces in all results:
+    /// parts that are rounding errors in the coefficients become large when L is applied to them.
     fn fresh_block(&mut self) -> Panel {
         let rows = self.mass.row_count();
         let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
@@ -149,7 +149,7 @@ impl<'a> KrylovSpace<'a> {
                 self.coupling = triangle;
             }
             None => {
-                // The space is invariant, or nearly: go on in directions it has nothing of.
+                // The space is invariant, or nearly: continue in new directions.
                 let block = self.fresh_block();
                 self.basis.push(block);
                 self.coupling.as_mut().fill(0.0);
@@ -190,7 +190,7 @@ impl<'a> KrylovSpace<'a> {
         });
         let mut functions = std::mem::take(&mut self.basis);
         transform(&mut functions, &coefficients);
-        // The remainders tilt the functions by no more than the residuals: the factor is all but the identity.
+        // The remainders tilt the functions by no more than the residuals: the factor is nearly the identity.
         orthonormalise(&self.mass, &mut functions, count).expect("Ritz functions are independent");
         let (_, position) = self.inverse.order();
         functions.iter_mut().for_each(|panel| *panel = position.iter().map(|&i| panel[i]).collect());

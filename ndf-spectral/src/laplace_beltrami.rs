@@ -15,13 +15,13 @@ use crate::tufted_cover::TuftedCover;
 /// edges then change in the tenth digit.
 const MOLLIFICATION: f64 = 1e-10;
 
-/// How an operator is made of a mesh.
+/// How an operator is built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorOptions {
     /// The mass matrix.
     pub mass: Mass,
     /// Whether to flip to the intrinsic Delaunay triangulation first: all weights are then non-negative, the maximum
-    /// principle holds, and modes are better on bad meshes. Otherwise the mesh is taken as it is.
+    /// principle holds, and modes are better on bad meshes. Otherwise the triangles are taken as they are.
     pub delaunay: bool,
 }
 
@@ -87,8 +87,13 @@ impl LaplaceBeltrami {
     ///
     /// # Errors
     /// If an entry is not finite or a diagonal entry of the mass is not positive.
+    ///
+    /// # Panics
+    /// If the matrices are not square and of one size.
     pub fn from_matrices(laplacian: CsrMatrix, mass: CsrMatrix) -> Result<Self, SpectralError> {
-        for v in 0..laplacian.row_count() {
+        let n = laplacian.row_count();
+        assert!([laplacian.column_count(), mass.row_count(), mass.column_count()] == [n; 3]);
+        for v in 0..n {
             if mass.get(v, v).is_none_or(|m| m.is_nan() || m <= 0.0) {
                 return Err(SpectralError::NoArea(v));
             }
@@ -120,13 +125,13 @@ impl LaplaceBeltrami {
         self.laplacian.row_count()
     }
 
-    /// Takes from a function its mean over every component.
+    /// Subtracts from a function its mean over every component.
     ///
     /// # Panics
     /// If there is not one value for every vertex.
     pub fn remove_means(&self, u: &mut [f64]) {
         let means = self.components.means(&self.mass.multiply(u));
-        u.iter_mut().zip(self.components.of_vertices()).for_each(|(u, &c)| *u -= means[c as usize]);
+        u.iter_mut().zip(self.components.labels()).for_each(|(u, &c)| *u -= means[c as usize]);
     }
 
     /// Total area.

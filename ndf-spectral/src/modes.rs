@@ -21,12 +21,12 @@ pub struct ModeOptions {
     /// kept between 1e-6 and 1 times 4π/area, about the first eigenvalue that is not zero, beyond which it would cost
     /// digits or iterations on meshes in very small or large units.
     pub shift: f64,
-    /// How the operator is made of a mesh.
+    /// How the operator is built from a mesh.
     pub operator: OperatorOptions,
     /// Residuals at which modes count as converged, relative to the eigenvalue. Errors of eigenvalues are about the
     /// square of this.
     pub tolerance: f64,
-    /// Whether to make sure by Sylvester's law of inertia that no eigenvalue was missed; costs one more factorisation.
+    /// Whether to check by Sylvester's law of inertia that no eigenvalue is missing; costs one more factorisation.
     pub verify: bool,
     /// Restarts before giving up.
     pub max_restarts: usize,
@@ -187,7 +187,7 @@ impl Solver<'_> {
             }
         };
         let (inverse, shift) = (factored.cholesky(), factored.shift());
-        self.stop_if_cancelled()?;
+        self.progress.check()?;
         let mut space = KrylovSpace::new(self.operator, inverse);
         let eigenvalue = |theta: f64| theta.recip() - shift;
         let finish = |space: KrylovSpace<'_>, ritz: &Ritz, found: usize, verified: bool| {
@@ -239,7 +239,7 @@ impl Solver<'_> {
         loop {
             space.expand();
             *applications += WIDTH;
-            self.stop_if_cancelled()?;
+            self.progress.check()?;
             if space.size() >= wanted + WIDTH || space.size() >= capacity {
                 let ritz = space.ritz();
                 let converged = ritz.converged(wanted, self.options.tolerance);
@@ -271,10 +271,6 @@ impl Solver<'_> {
         Ok(negative.and_then(|negative| negative.checked_sub(kernel + below)))
     }
 
-    fn stop_if_cancelled(&self) -> Result<(), SpectralError> {
-        if self.progress.cancelled() { Err(SpectralError::Cancelled) } else { Ok(()) }
-    }
-
     /// Modes of the kernel and of the pairs found, which `write` puts into columns, with signs and residuals.
     fn assemble(
         &self,
@@ -287,7 +283,7 @@ impl Solver<'_> {
         let count = kernel + values.len();
         let mut functions = VertexFunctions::zeros(self.operator.vertex_count(), count);
         for k in 0..kernel {
-            for (x, &component) in functions.function_mut(k).iter_mut().zip(components.of_vertices()) {
+            for (x, &component) in functions.function_mut(k).iter_mut().zip(components.labels()) {
                 if component as usize == k {
                     *x = components.height(k);
                 }

@@ -1,8 +1,8 @@
-//! Blocks of four functions on the vertices, stored vertex by vertex: what a factor, a mass matrix or a basis is read
-//! for once and four functions share.
+//! Blocks of four functions on the vertices, stored vertex by vertex: a factor, a mass matrix or a basis is read once for
+//! all four.
 //!
-//! Work is cut into slices of rows of a fixed size and their results are summed in order, so that the number of
-//! threads does not show in them.
+//! Work is cut into slices of rows of a fixed size and their results are summed in order, so that they do not
+//! depend on the number of threads.
 
 #![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
 

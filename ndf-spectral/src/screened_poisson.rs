@@ -95,7 +95,7 @@ impl<'a> ScreenedPoisson<'a> {
 
     /// The function `u` with `−Δu = f`, both without their means on every component: solves L u = M f.
     ///
-    /// By conjugate gradients, for which the factorisation is an all but perfect preconditioner as long as σ is below
+    /// By conjugate gradients, for which the factorisation is a nearly exact preconditioner as long as σ is below
     /// the first eigenvalue that is not zero: then a handful of iterations, each a solve.
     ///
     /// # Errors

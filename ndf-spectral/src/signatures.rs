@@ -1,11 +1,11 @@
-//! Point signatures that isometries do not change.
+//! Point signatures that are invariant under isometries.
 
 use crate::modes::Modes;
 use crate::vertex_functions::VertexFunctions;
 
 impl Modes {
-    /// Heat kernel signatures (Sun, Ovsjanikov and Guibas 2009, eq. 4): `Σ exp(−λt) φ(x)²`, the heat that remains at
-    /// `x` of a unit put there a time `t` before. A function for every time, in inverse squared units of length; times
+    /// Heat kernel signatures (Sun, Ovsjanikov and Guibas 2009, eq. 4): `Σ exp(−λt) φ(x)²`, the part of a unit of
+    /// heat placed at `x` that is still there after a time `t`. A function for every time, in inverse squared units of length; times
     /// in squared units of length. What the missing modes would add is below `exp(−λt)` of the last one.
     pub fn heat_kernel_signatures(&self, times: &[f64]) -> VertexFunctions {
         self.sums_of_squares(times.len(), |t, lambda| (-lambda * times[t]).exp())
@@ -19,8 +19,8 @@ impl Modes {
         spaced(time(last).ln(), time(first).ln(), count).map(f64::exp).collect()
     }
 
-    /// Wave kernel signatures (Aubry, Schlickewei and Cremers 2011, eq. 4): the mean probability to find at `x` a
-    /// particle of an energy near `e`, for `count` energies, evenly in the logarithm between the first eigenvalue above
+    /// Wave kernel signatures (Aubry, Schlickewei and Cremers 2011, eq. 4): the mean probability of finding at `x` a
+    /// particle with an energy near `e`, for `count` energies, evenly in the logarithm between the first eigenvalue above
     /// zero and the last; the deviation is seven steps, as there. A function for every energy. Zero where all
     /// eigenvalues are zero.
     pub fn wave_kernel_signatures(&self, count: usize) -> VertexFunctions {

@@ -5,7 +5,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers in a row. Blocks of four functions need some two thirds of the applications of blocks of eight, and keep a
-/// core as busy: what they wait for is memory.
+/// core as busy: both are limited by memory.
 pub(crate) const WIDTH: usize = 4;
 
 /// Four numbers in half a line of the cache.

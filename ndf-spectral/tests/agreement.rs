@@ -1,7 +1,11 @@
-//! Agreement with SciPy's `eigsh` on real meshes. The data are optional: without the folder `$NDF_DATA` (by default
-//! `../shared/data` beside the workspace) the test says so and passes.
+//! Agreement with SciPy's `eigsh`: always on meshes made by formulas, with the values of `peers/reference.json`, and on real
+//! meshes where there are some. Without the folder `$NDF_DATA` (by default `../shared/data` beside the workspace) that
+//! test says so and passes.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+#[path = "../../peers/meshes.rs"]
+mod meshes;
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +13,7 @@ use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::{ManifoldMesh, io};
 use ndf_mesh::{TriangleMesh, repair};
-use ndf_spectral::{LaplaceBeltrami, Mass, MetricTriangles, ModeOptions};
+use ndf_spectral::{LaplaceBeltrami, Mass, MetricTriangles, ModeOptions, Modes, OperatorOptions};
 
 fn data() -> PathBuf {
     match std::env::var_os("NDF_DATA") {
@@ -38,6 +42,40 @@ fn plain_operator(mesh: &TriangleMesh) -> LaplaceBeltrami {
     LaplaceBeltrami::from_lengths(&triangles, Mass::Barycentric).unwrap()
 }
 
+/// The difference of the first modes of an operator from expected eigenvalues, relative to each; the kernel is compared
+/// on the scale of the first eigenvalue above it.
+fn difference(operator: &LaplaceBeltrami, expected: &[f64]) -> (f64, Modes) {
+    let options = ModeOptions { count: expected.len(), ..ModeOptions::default() };
+    let modes = operator.modes(&options, &NoProgress).unwrap();
+    let scale = modes.eigenvalues.iter().copied().find(|&x| x > 0.0).unwrap();
+    let error = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(scale);
+    (modes.eigenvalues.iter().zip(expected).map(error).fold(0.0, f64::max), modes)
+}
+
+#[test]
+fn eigenvalues_agree_on_meshes_made_by_formulas() {
+    let reference = meshes::reference();
+    for (name, mesh) in [("torus", meshes::torus()), ("sheet", meshes::sheet()), ("comb", meshes::comb())] {
+        let entry = &reference[name];
+        assert_eq!(mesh.vertex_count() as u64, entry["vertices"].as_u64().unwrap(), "{name}");
+        let options = OperatorOptions::default();
+        let mut operators = vec![
+            ("plain", plain_operator(&mesh)),
+            ("tufted", LaplaceBeltrami::from_triangle_mesh(&mesh, options).unwrap()),
+        ];
+        if name == "torus" {
+            // A closed manifold has the Delaunay triangulation of its cover.
+            let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh).unwrap());
+            operators.push(("tufted", LaplaceBeltrami::new(&mesh, options).unwrap()));
+        }
+        for (kind, operator) in operators {
+            let (error, modes) = difference(&operator, &meshes::numbers(&entry[kind]));
+            println!("{name} {kind}: differs by {error:.1e}");
+            assert!(modes.verified && error <= 1e-10, "{name} {kind}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn eigenvalues_agree_with_scipy() {
     let folder = data();
@@ -58,12 +96,7 @@ fn eigenvalues_agree_with_scipy() {
         let expected: Vec<f64> = expected.iter().map(|x| x.as_f64().unwrap()).collect();
         let mesh = read(&path);
         assert_eq!(mesh.vertex_count() as u64, values["vertices"].as_u64().unwrap(), "{name}");
-        let options = ModeOptions { count: expected.len(), ..ModeOptions::default() };
-        let modes = plain_operator(&mesh).modes(&options, &NoProgress).unwrap();
-        // The kernel is compared on the scale of the first eigenvalue above it.
-        let scale = modes.eigenvalues.iter().copied().find(|&x| x > 0.0).unwrap();
-        let error = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(scale);
-        let error = modes.eigenvalues.iter().zip(&expected).map(error).fold(0.0, f64::max);
+        let (error, modes) = difference(&plain_operator(&mesh), &expected);
         println!(
             "{name}: differs by {error:.1e}, residual {:.1e}, verified {}",
             modes.max_residual(),
