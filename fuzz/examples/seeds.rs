@@ -14,10 +14,10 @@ fn main() -> std::io::Result<()> {
         fs::create_dir_all(&folder)?;
         files.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
     };
-    write("clouds", ndf_surfaces::point_cloud::samples::all())?;
-    write("tensors", ndf_surfaces::tensors::samples::all())?;
+    write("clouds", ndf_formats::point_cloud::samples::all())?;
+    write("tensors", ndf_formats::tensors::samples::all())?;
     write("networks", ndf_surfaces::networks::samples::all())?;
-    write("splats", ndf_surfaces::splats::samples::all())?;
+    write("splats", ndf_formats::splats::samples::all())?;
     write("meshes", meshes())?;
     write("models", models())
 }

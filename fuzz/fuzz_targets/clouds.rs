@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use ndf_surfaces::point_cloud::parse_cloud;
+use ndf_formats::point_cloud::parse_cloud;
 
 // A panic that a reader catches, as of the decoder of LAZ, is no find.
 fuzz_target!(init: std::panic::set_hook(Box::new(|_| {})), |bytes: &[u8]| {

@@ -3,7 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ndf_surfaces::splats::{DensityOptions, SplatDensity, parse_splats};
+use ndf_formats::splats::parse_splats;
+use ndf_surfaces::splats::{DensityOptions, SplatDensity};
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok((_, splats)) = parse_splats(bytes) {

@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use ndf_surfaces::networks::{Latent, NeuralField};
-use ndf_surfaces::tensors::TensorFile;
+use ndf_formats::tensors::TensorFile;
 
 fuzz_target!(|bytes: &[u8]| {
     // Any answer will do but a panic, a hang or a large allocation.

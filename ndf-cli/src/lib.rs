@@ -23,7 +23,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use ndf_surfaces::point_cloud::LAZ_THREAD;
+use ndf_formats::point_cloud::silence_damaged_laz;
 
 use commands::Command;
 use context::{Context, Options};
@@ -42,7 +42,7 @@ struct Arguments {
 /// Runs the program with these arguments, the first of which is its name. The exit code is 0 when the work is
 /// done, 1 when it failed and 2 when the arguments are wrong.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
-    leave_decoders_quiet();
+    silence_damaged_laz();
     let Arguments { options, command } = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -60,14 +60,4 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> 
             ExitCode::FAILURE
         }
     }
-}
-
-/// Panics of a decoder that its reader tells as errors leave no other message.
-fn leave_decoders_quiet() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        if std::thread::current().name() != Some(LAZ_THREAD) {
-            usual(panic);
-        }
-    }));
 }

@@ -238,13 +238,8 @@ fn what_cannot_be_done_is_an_error() {
 
 #[test]
 fn sample_meshes_become_delaunay_and_reach_the_angle() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-    let root = std::env::var("NDF_DATA").unwrap_or_else(|_| root.to_owned());
-    let Ok(entries) = std::fs::read_dir(format!("{root}/mesh")) else {
-        eprintln!("skipped: no sample meshes in {root}/mesh");
-        return;
-    };
-    for path in entries.map(|e| e.unwrap().path()) {
+    let Some(folder) = ndf_testing::data_path("mesh") else { return };
+    for path in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
         let name = path.display();
         let file = ndf_mesh::io::read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
         let mesh = ManifoldMesh::try_from(file.mesh).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -4,13 +4,11 @@ pub mod level_set;
 pub mod levels;
 pub mod mesh_surface;
 pub mod narrow_band;
+#[cfg(feature = "networks")]
 pub mod networks;
 pub mod point_cloud;
 pub mod pseudonormals;
 pub mod splats;
-pub mod tensors;
-#[cfg(test)]
-mod test_data;
 pub mod winding_number;
 
 pub use level_set::{LevelSearch, LevelSetSurface};

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use ndf_core::DVec3;
 use ndf_core::glam::DQuat;
+use ndf_formats::splats::{Splat, write_splats};
+use ndf_formats::tensors::made;
+use ndf_formats::tensors::to_safetensors;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
-use ndf_surfaces::networks::made;
-use ndf_surfaces::splats::{Splat, write_splats};
-use ndf_surfaces::tensors::to_safetensors;
 use serde_json::json;
 
 use crate::context::Context;

@@ -1,10 +1,10 @@
 //! Point clouds, with normals and without.
 
 use ndf_core::Surface;
+use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud, sniff};
 use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
-    CloudFile, Neighbours, OrientedCloud, PointCloud, WindingFieldOptions, agreement_of_normals, parse_cloud,
-    sniff, unoriented_cloud,
+    Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud,
 };
 use serde_json::json;
 

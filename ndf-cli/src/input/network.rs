@@ -1,9 +1,9 @@
 //! Neural fields: checkpoints of networks.
 
 use ndf_core::{ImplicitField, Inside};
+use ndf_formats::tensors::{TensorFile, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
-use ndf_surfaces::tensors::{TensorFile, is_tensor_file};
 use serde_json::json;
 
 use super::{BaseSource, Content, Family, Input, Kind, Level, Reading};

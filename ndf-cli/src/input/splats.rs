@@ -1,8 +1,9 @@
 //! Gaussian splats.
 
 use ndf_core::ImplicitField;
+use ndf_formats::splats::{SplatFormat, parse_splats, splat_format};
 use ndf_surfaces::LevelSetSurface;
-use ndf_surfaces::splats::{DensityOptions, SplatDensity, SplatFormat, parse_splats, splat_format};
+use ndf_surfaces::splats::{DensityOptions, SplatDensity};
 use serde_json::json;
 
 use super::{BaseSource, Content, Family, Input, Kind, Level, Reading};

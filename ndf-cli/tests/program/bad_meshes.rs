@@ -112,15 +112,10 @@ fn no_command_panics_or_leaves_half_a_file() {
 /// Meshes of the optional data folder (`NDF_DATA`, else `shared/data` beside the workspace).
 #[test]
 fn real_bad_meshes_are_survived() {
-    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let data = std::env::var_os("NDF_DATA").map_or(default, PathBuf::from).join("mesh_bad");
-    let Ok(entries) = std::fs::read_dir(&data) else {
-        eprintln!("skipped: there is no folder {}; set NDF_DATA to meet real meshes", data.display());
-        return;
-    };
+    let Some(data) = ndf_testing::data_path("mesh_bad") else { return };
     let folder = Folder::new("bad-real");
     ndf(&folder.0, &["sample", "mesh", "--shape", "cube", "-o", "cube.obj", "--json"]).json();
-    let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(data).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
     for path in paths {
         walk(&folder, path.canonicalize().unwrap().to_str().unwrap());

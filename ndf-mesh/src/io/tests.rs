@@ -299,18 +299,10 @@ fn every_truncation_and_many_changes_are_survived() {
 /// Reads all meshes of the optional data folder (`NDF_DATA`, else `shared/data` beside the workspace).
 #[test]
 fn real_files_are_read() {
-    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let data = std::env::var_os("NDF_DATA").map_or(default, PathBuf::from);
     let mut met = 0;
     for folder in ["mesh", "mesh_bad"] {
-        let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
-            eprintln!(
-                "skipped: there is no folder {}; set NDF_DATA to read real files",
-                data.join(folder).display()
-            );
-            continue;
-        };
-        let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+        let Some(path) = ndf_testing::data_path(folder) else { continue };
+        let mut paths: Vec<PathBuf> = std::fs::read_dir(path).unwrap().map(|e| e.unwrap().path()).collect();
         paths.sort();
         for path in paths {
             let file = read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));

@@ -1,5 +1,3 @@
-use std::path::PathBuf;
-
 use ndf_core::{Hint, NoProgress};
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::triangle_tree::TriangleTree;
@@ -125,14 +123,7 @@ fn the_same_again() {
     assert_eq!(a, b);
 }
 
-/// The folder of optional test data: `NDF_DATA`, or `../shared/data` beside the workspace.
-fn data_folder() -> PathBuf {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    std::env::var_os("NDF_DATA").map_or_else(beside, PathBuf::from)
-}
-
 #[test]
-#[allow(clippy::print_stdout)]
 fn scanned_meshes_keep_topology_and_stay_close() {
     for (name, largest) in [
         ("armadillo_86k.obj", 7.5e-4),
@@ -140,11 +131,7 @@ fn scanned_meshes_keep_topology_and_stay_close() {
         ("rocker-arm.obj", 2.7e-4),
         ("rind_wide_g7.ply", 1.6e-4),
     ] {
-        let path = data_folder().join("mesh").join(name);
-        if !path.exists() {
-            println!("skipped: {} is not there (optional data folder, see NDF_DATA)", path.display());
-            continue;
-        }
+        let Some(path) = ndf_testing::data_path(&format!("mesh/{name}")) else { continue };
         let read = ndf_mesh::io::read_mesh(&path).unwrap().mesh;
         let fine = manifold(repair::without_unreferenced_vertices(&read).0);
         let coarse = decimated(&fine, 4000);

@@ -9,11 +9,11 @@ mod field;
 mod graph;
 mod hash_grid;
 mod layouts;
-pub mod made;
-#[cfg(any(test, feature = "samples"))]
+#[cfg(any(all(test, feature = "instant-ngp"), feature = "samples"))]
 pub mod samples;
+#[cfg(feature = "instant-ngp")]
 mod snapshot;
-#[cfg(test)]
+#[cfg(all(test, feature = "instant-ngp"))]
 mod tests;
 
 pub use activation::Activation;
@@ -22,4 +22,5 @@ pub use field::{NeuralField, Quantity};
 pub use graph::{Dense, Graph, NodeId};
 pub use hash_grid::{HashGrid, HashGridShape};
 pub use layouts::{Latent, LayoutError};
+#[cfg(feature = "instant-ngp")]
 pub use snapshot::is_snapshot;

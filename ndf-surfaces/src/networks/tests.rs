@@ -4,8 +4,9 @@ use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, Query};
 
 use super::samples::snapshot_of_a_half_space;
 use super::*;
-use crate::tensors::{Tensor, TensorFile, to_safetensors};
-use crate::test_data::data_file;
+use ndf_formats::tensors::made::Torus;
+use ndf_formats::tensors::{Tensor, TensorFile, to_safetensors};
+use ndf_testing::data_file;
 
 fn tensors(name: &str) -> Option<TensorFile> {
     let bytes = data_file(name)?;
@@ -364,7 +365,7 @@ fn made(checkpoint: &[(String, Tensor)]) -> NeuralField {
     NeuralField::from_tensors(&file, None).unwrap()
 }
 
-const TORUS: made::Torus = made::Torus { ring: 0.6, tube: 0.25 };
+const TORUS: Torus = Torus { ring: 0.6, tube: 0.25 };
 
 ndf_core::surface_conformance!(torus_of_neus, surface(made(&TORUS.as_neus())));
 ndf_core::surface_conformance!(torus_of_nerf, surface(made(&TORUS.as_nerf()).with_level(50.0)));

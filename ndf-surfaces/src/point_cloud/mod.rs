@@ -1,28 +1,20 @@
 //! Point clouds, with normals and without.
 //!
-//! - [`read_cloud`] reads the files scanners and their programs write; [`PointCloud`] is what is left once everything
-//!   unusable is out.
 //! - [`OrientedCloud`] is the level ½ of the winding number of points with normals.
 //! - [`unoriented_cloud`] makes a surface of points alone: [`orient`] gives them normals that agree on what is outside,
 //!   [`MovingSpheres`] is a smooth surface near them.
 
 mod areas;
-mod cleaning;
 mod eigen;
-mod files;
 mod local_planes;
 mod moving_spheres;
 mod neighbours;
 mod orientation;
 mod oriented_cloud;
-#[cfg(any(test, feature = "samples"))]
-pub mod samples;
 mod unoriented;
 mod winding_field;
 
 pub use areas::areas;
-pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
-pub use files::{CloudFile, CloudFormat, LAZ_THREAD, ReadError, parse_cloud, read_cloud, sniff};
 pub use local_planes::{LocalPlanes, agreement_of_normals};
 pub use moving_spheres::MovingSpheres;
 pub use neighbours::{Neighbour, Neighbours};

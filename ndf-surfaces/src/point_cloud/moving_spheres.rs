@@ -3,9 +3,9 @@
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use rayon::prelude::*;
 
-use super::cleaning::PointCloud;
 use super::local_planes::LocalPlanes;
 use super::neighbours::{Neighbour, Neighbours};
+use ndf_formats::point_cloud::PointCloud;
 
 /// Radius of a point's influence, in spacings and in standard deviations of the noise, which add up.
 const REACH_BY_SPACING: f64 = 3.0;
@@ -267,9 +267,9 @@ impl Sphere {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cleaning::RawCloud;
     use super::*;
     use ndf_core::projected;
+    use ndf_formats::point_cloud::RawCloud;
     use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::{TriangleMesh, shapes};
     use std::sync::LazyLock;

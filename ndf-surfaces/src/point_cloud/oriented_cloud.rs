@@ -2,10 +2,10 @@
 
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, ImplicitField, Miss, Query, Surface};
 
-use super::cleaning::PointCloud;
 use super::neighbours::{Neighbour, Neighbours};
 use super::winding_field::{WindingField, WindingFieldOptions};
 use crate::level_set::{LevelSearch, LevelSetSurface};
+use ndf_formats::point_cloud::PointCloud;
 
 /// How much farther than the nearest point a foot may be before another is looked for, in spacings.
 const DETOUR: f64 = 2.0;
@@ -116,9 +116,9 @@ impl Surface for OrientedCloud {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cleaning::RawCloud;
     use super::*;
     use ndf_core::projected;
+    use ndf_formats::point_cloud::RawCloud;
     use ndf_mesh::FacePoint;
     use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::shapes;

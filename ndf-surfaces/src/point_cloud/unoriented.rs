@@ -2,13 +2,13 @@
 
 use ndf_core::Progress;
 
-use super::cleaning::PointCloud;
 use super::local_planes::LocalPlanes;
 use super::moving_spheres::MovingSpheres;
 use super::neighbours::Neighbours;
 use super::orientation::{Cancelled, orient};
 use super::oriented_cloud::OrientedCloud;
 use super::winding_field::WindingFieldOptions;
+use ndf_formats::point_cloud::PointCloud;
 
 /// Radius of the regularisation of the winding number that gives the base mesh, in spacings and standard deviations of
 /// the noise, which add up: noise must not make handles.
@@ -61,9 +61,9 @@ pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<U
 
 #[cfg(test)]
 mod tests {
-    use super::super::cleaning::RawCloud;
     use super::*;
     use ndf_core::{DVec3, NoProgress};
+    use ndf_formats::point_cloud::RawCloud;
     use ndf_mesh::sampling::AreaSampler;
     use ndf_mesh::shapes;
     use std::sync::LazyLock;

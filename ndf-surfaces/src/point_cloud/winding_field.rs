@@ -3,9 +3,9 @@
 use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
 use super::areas::areas;
-use super::cleaning::PointCloud;
 use super::local_planes::median;
 use crate::winding_number::PointWindingNumber;
+use ndf_formats::point_cloud::PointCloud;
 
 /// How to make a field of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 use ndf_mesh::hierarchy::{Child, Hierarchy};
 use rayon::prelude::*;
 
-use super::Splat;
+use ndf_formats::splats::Splat;
 
 /// How splats become a field.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,15 +1,16 @@
-//! Splats of every format against one another and against what is known of them.
+//! From splats to densities and their level sets.
+
+use ndf_core::{DVec3, ImplicitField};
+use ndf_formats::splats::{Splat, parse_splats};
+use ndf_mesh::shapes;
+use ndf_testing::data_file;
 
 use super::*;
 use crate::LevelSetSurface;
-use crate::test_data::data_file;
-use ndf_core::ImplicitField;
-use ndf_mesh::TriangleTree;
-use ndf_mesh::shapes;
 
-fn real(name: &str) -> Option<(SplatFormat, Vec<Splat>)> {
+fn real(name: &str) -> Option<Vec<Splat>> {
     let bytes = data_file(&format!("splat/{name}"))?;
-    Some(parse_splats(&bytes).unwrap_or_else(|e| panic!("{name}: {e}")))
+    Some(parse_splats(&bytes).unwrap_or_else(|e| panic!("{name}: {e}")).1)
 }
 
 /// Flat splats on an icosphere.
@@ -107,91 +108,6 @@ fn floaters_faint_and_unsound_splats_are_left_out() {
 }
 
 #[test]
-fn written_splats_are_read_again() {
-    let mut bytes = Vec::new();
-    write_splats(&mut bytes, &ball()).unwrap();
-    let (format, splats) = parse_splats(&bytes).unwrap();
-    assert_eq!((format, splats.len()), (SplatFormat::InriaPly, 2562));
-    for (a, b) in ball().iter().zip(&splats) {
-        assert_eq!(a.center, b.center);
-        assert!((a.scales[2] - b.scales[2]).abs() < 1e-7 && (a.opacity - b.opacity).abs() < 1e-6);
-    }
-}
-
-/// The same chair in four formats: centres, scales, axes and opacities agree with the .splat it was made from.
-#[test]
-fn formats_agree_with_one_another() {
-    let Some((format, chair)) = real("chair_nerfsynth.splat") else { return };
-    assert_eq!((format, chair.len()), (SplatFormat::Antimatter, 111_650));
-    let tree = neighbours(&chair);
-    for (name, format, place) in [
-        ("chair_nerfsynth_conv.ply", SplatFormat::InriaPly, 1e-6),
-        ("chair_nerfsynth_conv.compressed.ply", SplatFormat::CompressedPly, 1e-3),
-        ("chair_nerfsynth_conv_v3.spz", SplatFormat::Spz, 5e-4),
-    ] {
-        let Some((found, splats)) = real(name) else { return };
-        assert_eq!((found, splats.len()), (format, chair.len()), "{name}");
-        let (mut close, mut alike, mut opaque, mut looked_at) = (0, 0, 0, 0);
-        for splat in splats.iter().step_by(97) {
-            let Some(i) = closest(&tree, splat) else { continue };
-            let twin = &chair[i];
-            looked_at += 1;
-            let distance = (0..3).map(|k| (splat.center[k] - twin.center[k]).powi(2)).sum::<f32>().sqrt();
-            close += usize::from(distance < place);
-            alike += usize::from(covariances_agree(splat, twin));
-            opaque += usize::from((splat.opacity - twin.opacity).abs() < 0.01);
-        }
-        // Splats that share a place may be taken for one another.
-        assert!(looked_at > 1000);
-        for good in [close, alike, opaque] {
-            assert!(
-                10 * good >= 9 * looked_at,
-                "{name}: {close} close, {alike} alike, {opaque} of {looked_at}"
-            );
-        }
-    }
-}
-
-/// Degenerate triangles at the centres, to search.
-fn neighbours(splats: &[Splat]) -> TriangleTree {
-    let points: Vec<DVec3> = splats.iter().map(|s| DVec3::from_array(s.center.map(f64::from))).collect();
-    let faces = (0..points.len() as u32).map(|i| [i; 3]).collect();
-    TriangleTree::new(&ndf_mesh::TriangleMesh::new(points, faces).unwrap())
-}
-
-fn closest(tree: &TriangleTree, splat: &Splat) -> Option<usize> {
-    let center = DVec3::from_array(splat.center.map(f64::from));
-    tree.closest_point(center, ndf_core::Hint::NONE).map(|found| found.at.face as usize)
-}
-
-fn covariances_agree(a: &Splat, b: &Splat) -> bool {
-    let covariance = |splat: &Splat, k: usize, l: usize| -> f64 {
-        let terms = splat.axes().into_iter().zip(splat.scales);
-        terms.map(|(axis, s)| axis[k] * axis[l] * f64::from(s) * f64::from(s)).sum()
-    };
-    let size: f64 = (0..3).map(|k| covariance(b, k, k)).sum();
-    (0..3).all(|k| (0..3).all(|l| (covariance(a, k, l) - covariance(b, k, l)).abs() < 0.12 * size))
-}
-
-#[test]
-fn versions_of_spz_hold_the_same_splats() {
-    // Bare and in gzip; smallest-three rotations in gzip and in Zstandard.
-    for pair in [["minimal-v2.spz", "minimal-raw.spz"], ["minimal-v3.spz", "minimal-v4.spz"]] {
-        let [Some((format, first)), Some((_, second))] = pair.map(real) else { return };
-        assert_eq!((format, first.len()), (SplatFormat::Spz, 4), "{pair:?}");
-        assert_eq!(first, second, "{pair:?}");
-    }
-    let [Some((_, ply)), Some((_, spz))] = ["3-points-from-train.ply", "3-points-from-train.spz"].map(real)
-    else {
-        return;
-    };
-    for (a, b) in ply.iter().zip(&spz) {
-        assert!((0..3).all(|k| (a.center[k] - b.center[k]).abs() < 1e-3), "{a:?} {b:?}");
-        assert!(covariances_agree(b, a) && (a.opacity - b.opacity).abs() < 0.01, "{a:?} {b:?}");
-    }
-}
-
-#[test]
 fn real_objects_have_a_level_set() {
     for name in [
         "donut_fused_inria.ply",
@@ -199,66 +115,8 @@ fn real_objects_have_a_level_set() {
         "biker.compressed.ply",
         "kacytran_iter7000_inria.ply",
     ] {
-        let Some((_, splats)) = real(name) else { continue };
+        let Some(splats) = real(name) else { continue };
         let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
         assert!(density.level() > 0.0 && density.level().is_finite());
-    }
-}
-
-#[test]
-fn bad_files_are_refused() {
-    let error = |bytes: &[u8]| parse_splats(bytes).unwrap_err();
-    assert_eq!(error(b"hello"), SplatError::Unknown);
-    assert_eq!(error(&[0xff; 64]), SplatError::Unknown);
-    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n\
-        property float opacity\nproperty float scale_0\nproperty float scale_1\nproperty float scale_2\nproperty float rot_0\nend_header\n";
-    assert!(matches!(error(header.as_bytes()), SplatError::Damaged(_)));
-    let missing = header.replace("4000000000", "0");
-    assert_eq!(error(missing.as_bytes()), SplatError::MissingProperty("rot_1"));
-    let packed = "ply\nformat binary_little_endian 1.0\nelement chunk 4000000000\nproperty float min_x\nelement vertex 1\nproperty uint packed_position\nend_header\n";
-    assert!(matches!(error(packed.as_bytes()), SplatError::Damaged(_)));
-
-    let spz = |version: u32, count: u32| {
-        let words = [u32::from_le_bytes(*b"NGSP"), version, count, 12 << 8];
-        words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>()
-    };
-    assert_eq!(error(&spz(9, 1)), SplatError::Version(9));
-    for version in 1..=4 {
-        assert!(matches!(error(&spz(version, u32::MAX)), SplatError::Damaged(_)), "{version}");
-    }
-    assert_eq!(error(&spz(3, 0)), SplatError::Empty);
-    assert!(matches!(error(b"NGSP"), SplatError::Damaged(_)));
-}
-
-#[test]
-fn samples_of_every_format_are_read_and_survived_damaged() {
-    for (name, whole) in samples::all() {
-        let (_, splats) = parse_splats(&whole).unwrap_or_else(|e| panic!("{name}: {e}"));
-        assert!(splats.len() == 2 && splats.iter().all(Splat::is_sound), "{name}: {splats:?}");
-        for end in 0..whole.len() {
-            let _ = parse_splats(&whole[..end]);
-        }
-        for k in 0..8 * whole.len() {
-            let mut changed = whole.clone();
-            changed[k / 8] ^= 1 << (k % 8);
-            let _ = parse_splats(&changed);
-        }
-    }
-}
-
-#[test]
-fn damaged_real_files_are_survived() {
-    for name in
-        ["minimal-v2.spz", "minimal-v3.spz", "minimal-v4.spz", "3-points-from-train.ply", "minimal.splat"]
-    {
-        let Some(whole) = data_file(&format!("splat/{name}")) else { continue };
-        for end in 0..whole.len() {
-            let _ = parse_splats(&whole[..end]);
-        }
-        for k in 0..8 * whole.len() {
-            let mut changed = whole.clone();
-            changed[k / 8] ^= 1 << (k % 8);
-            let _ = parse_splats(&changed);
-        }
     }
 }

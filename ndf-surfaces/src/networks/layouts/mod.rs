@@ -11,7 +11,7 @@ use ndf_core::{BoundingBox, DVec3};
 
 use super::graph::Graph;
 use super::{NeuralField, Quantity};
-use crate::tensors::{Tensor, TensorFile};
+use ndf_formats::tensors::{Tensor, TensorFile};
 use state::State;
 
 pub(super) use sequential::siren_of_flat_file;

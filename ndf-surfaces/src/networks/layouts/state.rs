@@ -2,7 +2,7 @@
 
 use super::super::graph::Dense;
 use super::LayoutError;
-use crate::tensors::{Tensor, TensorFile};
+use ndf_formats::tensors::{Tensor, TensorFile};
 
 /// The tensors of a file, in which a network may lie under any prefix.
 pub(super) struct State<'a> {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use ndf_core::DVec3;
 
-use super::super::samples;
+use ndf_testing::data_path;
+
 use super::*;
 
 /// Reads bytes as points; the error as its sentence.
@@ -197,12 +198,7 @@ fn nothing_panics_on_noise() {
 
 #[test]
 fn real_files_are_read() {
-    let folder = std::env::var("NDF_DATA").unwrap_or_else(|_| "../../shared/data".to_owned());
-    let folder = Path::new(&folder).join("points_raw");
-    if !folder.is_dir() {
-        eprintln!("skipped: there is no folder {}", folder.display());
-        return;
-    }
+    let Some(folder) = data_path("points_raw") else { return };
     for (name, count, format) in [
         ("Armadillo_40000.xyz", 40_000, CloudFormat::Text),
         ("bunnyData.pts", 30_571, CloudFormat::Text),

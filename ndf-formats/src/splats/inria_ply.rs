@@ -5,8 +5,7 @@ use std::path::Path;
 
 use ndf_mesh::io::{MeshFile, parse_mesh};
 
-use super::super::Splat;
-use super::{SplatError, damaged, sigmoid};
+use super::{Splat, SplatError, damaged, sigmoid};
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     let file = parse_mesh(bytes, Path::new("splats")).map_err(|e| match e {

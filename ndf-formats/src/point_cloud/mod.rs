@@ -1,13 +1,18 @@
-//! Files of point clouds: PLY, XYZ and its kin, PCD, E57, LAS and LAZ.
+//! Point clouds and their files: PLY, XYZ and its kin, PCD, E57, LAS and LAZ.
 //!
-//! What a file is, is decided by its content. No reader trusts it: counts reserve no memory before the data is there,
-//! and every malformed file ends in a [`ReadError`] of one sentence.
+//! [`read_cloud`] reads the files scanners and their programs write; a [`PointCloud`] is what is left once everything
+//! unusable is out.
 
+mod cleaning;
+#[cfg(feature = "e57")]
 mod e57;
+#[cfg(feature = "las")]
 mod las;
 mod lzf;
 mod pcd;
-#[cfg(test)]
+#[cfg(any(all(test, feature = "full"), feature = "samples"))]
+pub mod samples;
+#[cfg(all(test, feature = "full"))]
 mod tests;
 mod text;
 
@@ -17,9 +22,9 @@ use std::path::{Path, PathBuf};
 use ndf_core::DVec3;
 use ndf_mesh::io::{self, MeshFormat, VertexScalars};
 
-pub use las::LAZ_THREAD;
-
-use super::cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
+pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
+#[cfg(feature = "las")]
+pub use las::silence_damaged_laz;
 
 /// The formats of point clouds known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +93,16 @@ pub enum ReadError {
         /// What is wrong and where.
         defect: String,
     },
+    /// The format is known, but its reader was left out of this build.
+    #[error("{} is an {format} file, which this build does not read; build with the feature {feature} of ndf-formats", path.display())]
+    NotBuilt {
+        /// The file.
+        path: PathBuf,
+        /// The format it was recognised as.
+        format: CloudFormat,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
     /// The vertices of a mesh file could not be read.
     #[error(transparent)]
     Mesh(#[from] io::ReadError),
@@ -129,8 +144,14 @@ pub fn parse_cloud(bytes: &[u8], path: &Path) -> Result<CloudFile, ReadError> {
     let parsed = match format {
         CloudFormat::Text => text::read(bytes),
         CloudFormat::Pcd => pcd::read(bytes),
+        #[cfg(feature = "e57")]
         CloudFormat::E57 => e57::read(bytes),
+        #[cfg(not(feature = "e57"))]
+        CloudFormat::E57 => return Err(ReadError::NotBuilt { path: owned(), format, feature: "e57" }),
+        #[cfg(feature = "las")]
         CloudFormat::Las => las::read(bytes),
+        #[cfg(not(feature = "las"))]
+        CloudFormat::Las => return Err(ReadError::NotBuilt { path: owned(), format, feature: "las" }),
         CloudFormat::Vertices(_) => Ok(vertices(io::parse_mesh(bytes, path)?)),
     };
     let raw = parsed.map_err(|defect| ReadError::Malformed { path: owned(), format, defect })?;
@@ -142,9 +163,9 @@ pub fn parse_cloud(bytes: &[u8], path: &Path) -> Result<CloudFile, ReadError> {
 /// The format of a file of points, told from its content; `None` if it is none of them. A PLY file is one whatever
 /// else it holds, if its vertices have places; splats and meshes are to be recognised before.
 pub fn sniff(bytes: &[u8]) -> Option<CloudFormat> {
-    if e57::recognises(bytes) {
+    if bytes.starts_with(b"ASTM-E57") {
         Some(CloudFormat::E57)
-    } else if las::recognises(bytes) {
+    } else if bytes.starts_with(b"LASF") {
         Some(CloudFormat::Las)
     } else if pcd::recognises(bytes) {
         Some(CloudFormat::Pcd)

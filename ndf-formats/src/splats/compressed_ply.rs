@@ -3,8 +3,7 @@
 use serde::Deserialize;
 use serde_ply::PlyReader;
 
-use super::super::Splat;
-use super::{SplatError, damaged};
+use super::{Splat, SplatError, damaged};
 
 /// Splats that share ranges.
 const CHUNK: usize = 256;

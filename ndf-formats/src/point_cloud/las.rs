@@ -6,25 +6,31 @@ use std::thread;
 use las::{PointDataBuilder, Reader};
 use ndf_core::DVec3;
 
-use super::super::cleaning::RawCloud;
-use super::Parsed;
+use super::{Parsed, RawCloud};
 
 /// Bytes of points read at a time, about: a point may announce 65,535 of them.
 const CHUNK: u64 = 1 << 20;
 
-/// The thread on which LAZ is decoded. What damaged files make the decoder assert ends this thread alone and is an
-/// error of the reader: a program's panic hook has nothing to say of it.
-pub const LAZ_THREAD: &str = "decoder of LAZ";
+/// The thread on which LAZ is decoded. What damaged files make the decoder assert ends this thread alone, and is an error
+/// of the reader.
+const DECODER: &str = "decoder of LAZ";
 
-/// Whether a file begins as LAS files do.
-pub(super) fn recognises(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"LASF")
+/// Keeps the panic hook silent about LAZ files that are damaged: the decoder's library panics on some, and though the
+/// reader turns that into an error, Rust's default hook prints a message first. Call it once, early: it wraps the hook
+/// that is set. Needs `panic = "unwind"`.
+pub fn silence_damaged_laz() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if thread::current().name() != Some(DECODER) {
+            usual(panic);
+        }
+    }));
 }
 
 /// Reads the points of a file; the format knows no normals.
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let bytes = without_absurdities(bytes)?;
-    let decoder = thread::Builder::new().name(LAZ_THREAD.to_owned()).spawn(move || decode(bytes));
+    let decoder = thread::Builder::new().name(DECODER.to_owned()).spawn(move || decode(bytes));
     let decoder = decoder.map_err(|e| format!("no thread to decode it on: {e}"))?;
     decoder.join().unwrap_or_else(|_| Err("its compressed data is damaged".to_owned()))
 }

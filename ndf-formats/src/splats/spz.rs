@@ -5,16 +5,14 @@ use std::io::Read;
 use flate2::read::GzDecoder;
 use half::f16;
 
-use super::super::Splat;
-use super::{SplatError, damaged};
+use super::{SPZ_MAGIC, Splat, SplatError, damaged};
 
-const MAGIC: &[u8; 4] = b"NGSP";
 /// What the contents may be, in sizes of the file. The best gzip can do is about a thousand.
 const MOST_GROWTH: u64 = 1100;
 
-pub(super) fn recognises(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC)
-        || (bytes.starts_with(&[0x1f, 0x8b]) && inflated(bytes, 4).is_ok_and(|b| b == MAGIC))
+/// Whether gzip holds something that begins like this.
+pub(super) fn begins_within_gzip(bytes: &[u8], magic: &[u8]) -> bool {
+    bytes.starts_with(&[0x1f, 0x8b]) && inflated(bytes, magic.len() as u64).is_ok_and(|b| b == magic)
 }
 
 /// The first bytes of what gzip holds.
@@ -25,7 +23,7 @@ fn inflated(bytes: &[u8], limit: u64) -> Result<Vec<u8>, SplatError> {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
-    if bytes.starts_with(MAGIC) {
+    if bytes.starts_with(SPZ_MAGIC) {
         return plain(bytes);
     }
     plain(&inflated(bytes, MOST_GROWTH * bytes.len() as u64)?)

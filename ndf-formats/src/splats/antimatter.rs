@@ -1,6 +1,6 @@
 //! Records of 32 bytes: position and scales as floats, colour and opacity, rotation as bytes.
 
-use super::super::Splat;
+use super::Splat;
 
 const RECORD: usize = 32;
 

@@ -6,13 +6,7 @@ use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordName};
 use ndf_core::DVec3;
 use ndf_core::glam::DQuat;
 
-use super::super::cleaning::RawCloud;
-use super::Parsed;
-
-/// Whether a file begins as E57 files do.
-pub(super) fn recognises(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"ASTM-E57")
-}
+use super::{Parsed, RawCloud};
 
 /// Reads all scans of a file, each moved by its pose. Normals are read if all scans have them (the extension
 /// `nor:normalX`, `normalY`, `normalZ`). Points the file marks as invalid become NaN.

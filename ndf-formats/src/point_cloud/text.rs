@@ -3,8 +3,7 @@
 
 use ndf_core::DVec3;
 
-use super::super::cleaning::RawCloud;
-use super::Parsed;
+use super::{Parsed, RawCloud};
 
 /// How much of a file is looked at to recognise it.
 const SNIFFED: usize = 4096;

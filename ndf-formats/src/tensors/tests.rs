@@ -2,7 +2,7 @@
 
 use super::samples::{floats, npy, npy_in_order, torch_pickle, zip_of};
 use super::*;
-use crate::test_data::data_file;
+use ndf_testing::data_file;
 
 const SIX: [f32; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 

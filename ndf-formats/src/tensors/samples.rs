@@ -1,7 +1,7 @@
 //! Small files of tensors, made by code: for tests, and as seeds of fuzzers.
 
+use super::made::Torus;
 use super::{Tensor, to_safetensors};
-use crate::networks::made::Torus;
 
 /// An array of NumPy's in row-major order: its kind and shape as NumPy writes them.
 pub fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+#[cfg(feature = "zip")]
 use super::archive::{Archive, is_pickle};
 use super::pickle::unpickle;
 use super::{Contents, TensorError, damaged};
@@ -15,6 +16,7 @@ pub(super) fn is_legacy(bytes: &[u8]) -> bool {
 }
 
 /// A zip archive: `…/data.pkl`, and a storage in each `…/data/KEY`.
+#[cfg(feature = "zip")]
 pub(super) fn read_zip(bytes: &[u8]) -> Result<Contents, TensorError> {
     let mut archive = Archive::open(bytes)?;
     let names = archive.names();

@@ -10,13 +10,16 @@
 //! Tensors are named by their path, parts joined by dots: `sdf_network_fine.lin0.bias`. Reading takes memory of the
 //! order of the file's size.
 
+#[cfg(feature = "zip")]
 mod archive;
+#[cfg(feature = "hdf5")]
 mod hdf5;
+pub mod made;
 mod npy;
 mod pickle;
-#[cfg(any(test, feature = "samples"))]
+#[cfg(any(all(test, feature = "full"), feature = "samples"))]
 pub mod samples;
-#[cfg(test)]
+#[cfg(all(test, feature = "full"))]
 mod tests;
 mod torch;
 
@@ -85,6 +88,14 @@ pub enum TensorError {
     /// The file begins like no known container.
     #[error("the file is not a PyTorch, safetensors, NumPy or HDF5 file")]
     Magic,
+    /// The container is known, but its reader was left out of this build.
+    #[error("{container} files are not read by this build; build with the feature {feature} of ndf-formats")]
+    NotBuilt {
+        /// The container.
+        container: Container,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
     /// The file ends early, or contradicts itself.
     #[error("the file is damaged: {0}")]
     Damaged(String),
@@ -134,12 +145,22 @@ impl TensorFile {
     pub fn parse(bytes: &[u8]) -> Result<Self, TensorError> {
         let container = container_of(bytes).ok_or(TensorError::Magic)?;
         let read = match container {
+            #[cfg(feature = "zip")]
             Container::TorchZip => torch::read_zip(bytes),
             Container::TorchLegacy => torch::read_legacy(bytes),
+            #[cfg(feature = "safetensors")]
             Container::Safetensors => read_safetensors(bytes),
+            #[cfg(feature = "zip")]
             Container::Npz => archive::read_npz(bytes),
             Container::Npy => npy::read_file(bytes),
+            #[cfg(feature = "hdf5")]
             Container::Hdf5 => hdf5::read(bytes),
+            #[cfg(not(feature = "zip"))]
+            Container::TorchZip | Container::Npz => Err(TensorError::NotBuilt { container, feature: "zip" }),
+            #[cfg(not(feature = "safetensors"))]
+            Container::Safetensors => Err(TensorError::NotBuilt { container, feature: "safetensors" }),
+            #[cfg(not(feature = "hdf5"))]
+            Container::Hdf5 => Err(TensorError::NotBuilt { container, feature: "hdf5" }),
         };
         let Contents { tensors, foreign } = read?;
         if tensors.is_empty() {
@@ -169,10 +190,11 @@ impl TensorFile {
     }
 }
 
-/// Named tensors as a file of safetensors.
+/// Named tensors as a file of safetensors. Needs the feature `safetensors`.
 ///
 /// # Errors
 /// If names are not fit for one.
+#[cfg(feature = "safetensors")]
 pub fn to_safetensors(tensors: &[(String, Tensor)]) -> Result<Vec<u8>, TensorError> {
     use safetensors::tensor::{Dtype, TensorView};
     let bad = |e: safetensors::SafeTensorError| damaged(e.to_string());
@@ -193,7 +215,7 @@ pub fn is_tensor_file(bytes: &[u8]) -> bool {
 fn container_of(bytes: &[u8]) -> Option<Container> {
     match bytes {
         [b'P', b'K', 3, 4, ..] => {
-            Some(if archive::has_pickle(bytes) { Container::TorchZip } else { Container::Npz })
+            Some(if holds_pickle(bytes) { Container::TorchZip } else { Container::Npz })
         }
         [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Some(Container::Npy),
         [0x89, b'H', b'D', b'F', ..] => Some(Container::Hdf5),
@@ -205,6 +227,14 @@ fn container_of(bytes: &[u8]) -> Option<Container> {
         }
         _ => None,
     }
+}
+
+/// Whether an archive holds the pickle that `torch.save` writes. Without the reader of archives no one can tell.
+fn holds_pickle(bytes: &[u8]) -> bool {
+    #[cfg(feature = "zip")]
+    return archive::has_pickle(bytes);
+    #[cfg(not(feature = "zip"))]
+    return !bytes.is_empty();
 }
 
 /// What a reader finds.
@@ -263,6 +293,7 @@ impl Element {
     }
 }
 
+#[cfg(feature = "safetensors")]
 fn read_safetensors(bytes: &[u8]) -> Result<Contents, TensorError> {
     use safetensors::{Dtype, SafeTensors};
     let file = SafeTensors::deserialize(bytes).map_err(|e| damaged(e.to_string()))?;

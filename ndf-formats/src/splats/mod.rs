@@ -1,15 +1,51 @@
-//! Files of splats. What a file is, is decided by its content.
+//! 3D Gaussian splats (Kerbl, Kopanas, Leimkühler and Drettakis 2023) and their files: the authors' PLY, packed PLY, SPZ and
+//! records of 32 bytes.
 
 mod antimatter;
 mod compressed_ply;
 mod inria_ply;
+#[cfg(any(all(test, feature = "full"), feature = "samples"))]
+pub mod samples;
+#[cfg(feature = "spz")]
 mod spz;
+#[cfg(all(test, feature = "full"))]
+mod tests;
 
 use std::fmt;
 
-use super::Splat;
+use ndf_core::DVec3;
 
 pub use inria_ply::write_splats;
+
+/// A Gaussian: opacity times exp(−½ ρ²), ρ the distance in units of its standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat {
+    /// Its centre.
+    pub center: [f32; 3],
+    /// Standard deviations along its own axes.
+    pub scales: [f32; 3],
+    /// From its own axes to those of space: a quaternion w, x, y, z, of any length but zero.
+    pub rotation: [f32; 4],
+    /// Opacity at the centre, in `[0, 1]`.
+    pub opacity: f32,
+}
+
+impl Splat {
+    /// Whether everything is finite and the scales are not negative.
+    pub fn is_sound(&self) -> bool {
+        let numbers = self.center.iter().chain(&self.scales).chain(&self.rotation).chain([&self.opacity]);
+        numbers.clone().all(|x| x.is_finite())
+            && self.scales.iter().all(|&s| s >= 0.0)
+            && self.rotation.iter().any(|&q| q != 0.0)
+    }
+
+    /// Its axes in space, columns of a rotation.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let [w, x, y, z] = self.rotation.map(f64::from);
+        let rotation = ndf_core::glam::DQuat::from_xyzw(x, y, z, w).normalize();
+        DVec3::AXES.map(|axis| rotation * axis)
+    }
+}
 
 /// Formats of splats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +82,14 @@ pub enum SplatError {
     /// The file ends early or contradicts itself.
     #[error("the file is damaged: {0}")]
     Damaged(String),
+    /// The format is known, but its reader was left out of this build.
+    #[error("{format} is not read by this build; build with the feature {feature} of ndf-formats")]
+    NotBuilt {
+        /// The format.
+        format: SplatFormat,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
     /// A property without which there are no splats.
     #[error("the vertices have no property {0}")]
     MissingProperty(&'static str),
@@ -73,14 +117,14 @@ pub fn splat_format(bytes: &[u8]) -> Option<SplatFormat> {
         }
         return (has("opacity") && has("scale_0") && has("rot_0")).then_some(SplatFormat::InriaPly);
     }
-    if spz::recognises(bytes) {
+    if is_spz(bytes) {
         return Some(SplatFormat::Spz);
     }
     antimatter::recognises(bytes).then_some(SplatFormat::Antimatter)
 }
 
 /// Reads the splats of a file of any format. Coordinates are those of the authors' PLY: SPZ, which turns y and z, is
-/// turned back. Splats that are not sound are kept, for [`SplatDensity`](super::SplatDensity) to leave out and count.
+/// turned back. Splats that are not sound are kept, for the reader of the list to leave out and count.
 ///
 /// # Errors
 /// See [`SplatError`].
@@ -89,7 +133,10 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
     let splats = match format {
         SplatFormat::InriaPly => inria_ply::read(bytes),
         SplatFormat::CompressedPly => compressed_ply::read(bytes),
+        #[cfg(feature = "spz")]
         SplatFormat::Spz => spz::read(bytes),
+        #[cfg(not(feature = "spz"))]
+        SplatFormat::Spz => Err(SplatError::NotBuilt { format, feature: "spz" }),
         SplatFormat::Antimatter => Ok(antimatter::read(bytes)),
     }?;
     if splats.is_empty() { Err(SplatError::Empty) } else { Ok((format, splats)) }
@@ -97,4 +144,16 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
 
 fn sigmoid(x: f32) -> f32 {
     (1.0 + (-x).exp()).recip()
+}
+
+/// The first bytes of SPZ, bare or within gzip.
+const SPZ_MAGIC: &[u8; 4] = b"NGSP";
+
+/// Whether a file is SPZ. Without its reader, gzip is not looked into.
+fn is_spz(bytes: &[u8]) -> bool {
+    #[cfg(feature = "spz")]
+    let within_gzip = spz::begins_within_gzip(bytes, SPZ_MAGIC);
+    #[cfg(not(feature = "spz"))]
+    let within_gzip = false;
+    bytes.starts_with(SPZ_MAGIC) || within_gzip
 }

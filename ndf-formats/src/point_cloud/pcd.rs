@@ -6,8 +6,7 @@
 
 use ndf_core::DVec3;
 
-use super::super::cleaning::RawCloud;
-use super::{Parsed, lzf};
+use super::{Parsed, RawCloud, lzf};
 
 /// Whether a file begins as PCD files do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::tensors::Tensor;
+use super::Tensor;
 
 /// Directions of a plane.
 const DIRECTIONS: usize = 120;
