@@ -21,7 +21,7 @@ const LINES: &[&[&str]] = &[
     &["ndf-model"],
     &["ndf-network"],
     &["ndf-mesh"],
-    &["ndf-core"],
+    &["ndf-core", "ndf-testing"],
 ];
 
 /// Crates that do not know certain crates below them: training and everything that runs on triangulations work for any

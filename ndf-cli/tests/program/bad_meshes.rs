@@ -1,6 +1,6 @@
 //! Meshes with every kind of defect: the program says what is wrong, or does its work, and never panics.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{Folder, ndf};
