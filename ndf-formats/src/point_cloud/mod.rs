@@ -12,7 +12,7 @@ mod lzf;
 mod pcd;
 #[cfg(any(all(test, feature = "full"), feature = "samples"))]
 pub mod samples;
-#[cfg(all(test, feature = "full"))]
+#[cfg(test)]
 mod tests;
 mod text;
 

@@ -1,5 +1,7 @@
 //! Every format is read as it was written, and every defect told.
 
+#![cfg(feature = "full")]
+
 use std::path::Path;
 
 use ndf_core::DVec3;

@@ -8,7 +8,7 @@ mod inria_ply;
 pub mod samples;
 #[cfg(feature = "spz")]
 mod spz;
-#[cfg(all(test, feature = "full"))]
+#[cfg(test)]
 mod tests;
 
 use std::fmt;

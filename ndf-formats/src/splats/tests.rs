@@ -1,5 +1,7 @@
 //! Every format is read as it was written, and every defect told.
 
+#![cfg(feature = "full")]
+
 use ndf_core::{DVec3, Hint};
 use ndf_mesh::{TriangleMesh, TriangleTree, shapes};
 use ndf_testing::data_file;

@@ -19,7 +19,7 @@ mod npy;
 mod pickle;
 #[cfg(any(all(test, feature = "full"), feature = "samples"))]
 pub mod samples;
-#[cfg(all(test, feature = "full"))]
+#[cfg(test)]
 mod tests;
 mod torch;
 

@@ -1,5 +1,7 @@
 //! Every container, whole and damaged.
 
+#![cfg(feature = "full")]
+
 use super::samples::{floats, npy, npy_in_order, torch_pickle, zip_of};
 use super::*;
 use ndf_testing::data_file;

@@ -13,7 +13,7 @@ mod layouts;
 pub mod samples;
 #[cfg(feature = "instant-ngp")]
 mod snapshot;
-#[cfg(all(test, feature = "instant-ngp"))]
+#[cfg(test)]
 mod tests;
 
 pub use activation::Activation;

@@ -1,5 +1,7 @@
 //! Networks against the authors' values, and gradients against differences.
 
+#![cfg(feature = "instant-ngp")]
+
 use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside, Query};
 
 use super::samples::snapshot_of_a_half_space;
