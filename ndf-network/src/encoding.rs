@@ -4,7 +4,7 @@
 use pulp::Simd;
 
 /// Most octaves a point is encoded with: beyond, single precision has nothing left to tell.
-pub const MOST_OCTAVES: usize = 20;
+pub const MAX_OCTAVES: usize = 20;
 
 /// Sine and cosine of `π t`, to about 3e-7. Range reduction is exact in `f32`.
 #[inline(always)]
@@ -53,7 +53,7 @@ pub const fn width(octaves: usize) -> usize {
 /// Writes the encoding of `x`: the sines of all octaves, three an octave, then their cosines.
 ///
 /// # Panics
-/// If there are more than [`MOST_OCTAVES`].
+/// If there are more than [`MAX_OCTAVES`].
 #[doc(hidden)]
 #[inline(always)]
 pub fn encode<S: Simd>(simd: S, x: [f32; 3], octaves: usize, row: &mut [f32]) {
@@ -67,7 +67,7 @@ pub fn encode<S: Simd>(simd: S, x: [f32; 3], octaves: usize, row: &mut [f32]) {
 pub fn encode_rows<S: Simd>(simd: S, points: &[[f32; 3]], octaves: usize, rows: &mut [f32], stride: usize) {
     /// Points at a time: what is stored in small pieces must have reached the cache before whole vectors are loaded.
     const GROUP: usize = 8;
-    const ROOM: usize = GROUP * (3 * MOST_OCTAVES).next_multiple_of(super::LANES);
+    const ROOM: usize = GROUP * (3 * MAX_OCTAVES).next_multiple_of(super::LANES);
     let angles = 3 * octaves;
     if angles == 0 {
         return;
@@ -128,7 +128,7 @@ pub fn encode_tangent(row: &[f32], dx: [f32; 3], octaves: usize, tangent: &mut [
 pub fn encode_backward(row: &[f32], gradient: &[f32], octaves: usize) -> [f32; 3] {
     let (sines, cosines) = row[..width(octaves)].split_at(3 * octaves);
     let (by_sines, by_cosines) = gradient[..width(octaves)].split_at(3 * octaves);
-    let mut products = [0.0; 3 * MOST_OCTAVES];
+    let mut products = [0.0; 3 * MAX_OCTAVES];
     let derivatives = cosines.iter().zip(by_sines).zip(sines.iter().zip(by_cosines));
     for (product, ((cos, by_sin), (sin, by_cos))) in products.iter_mut().zip(derivatives) {
         *product = cos * by_sin - sin * by_cos;

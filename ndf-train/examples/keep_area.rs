@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use ndf_core::DVec3;
+use ndf_core::analytic::Sphere;
 use ndf_core::progress::NoProgress;
-use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, Miss, Query, Surface};
 use ndf_mesh::{ManifoldMesh, shapes};
 use ndf_train::objective::{Block, Gradients, Needs, Term};
 use ndf_train::tape::{Tape, Var};
@@ -41,31 +42,13 @@ impl Term for KeepArea {
     }
 }
 
-/// An ellipsoid, by the radial direction: an approximate projection is enough for an example.
-struct Ellipsoid(DVec3);
-
-impl Surface for Ellipsoid {
-    fn bounds(&self) -> BoundingBox {
-        BoundingBox { min: -self.0, max: self.0 }
-    }
-
-    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-        for (query, foot) in queries.iter().zip(feet) {
-            let foot_of =
-                |n: DVec3| Foot { point: n * self.0, normal: (n / self.0).normalize(), hint: Hint::NONE };
-            *foot = (query.point / self.0).try_normalize().map(foot_of).ok_or(Miss::OutOfReach);
-        }
-    }
-}
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let surface = Ellipsoid(DVec3::new(1.0, 0.8, 0.7));
-    let base = ManifoldMesh::try_from(shapes::icosphere(2).map_positions(|p| p * surface.0))?;
+    let base = ManifoldMesh::try_from(shapes::icosphere(2).map_positions(|p| p * DVec3::new(1.0, 0.8, 0.7)))?;
     let settings = Settings { epochs: 400, samples: 2048, ..Settings::default() };
     let weights: Vec<f32> = base.positions().iter().map(|p| (1.0 + p.z) as f32).collect();
     for weight in [0.0, 100.0] {
         let term = Arc::new(KeepArea(weights.clone()));
-        let mut trainer = Trainer::new(&surface, &base, &settings)?.with_term(weight, term);
+        let mut trainer = Trainer::new(&Sphere::UNIT, &base, &settings)?.with_term(weight, term);
         let (fit, _) = train(&mut trainer, None, &NoProgress)?;
         let (name, mean) = trainer.term_means().last().ok_or("there are terms")?;
         eprintln!("weight {weight}: distance {:.1e}, {name} {mean:.1e}", fit.report.projection_rms);

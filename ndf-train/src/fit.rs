@@ -22,7 +22,7 @@ const MEASURING_STREAM: u64 = u64::MAX;
 const BATCHES_KEPT: usize = 10;
 
 /// How often training may go back before it gives up.
-const MOST_RETREATS: usize = 8;
+const MAX_RETREATS: usize = 8;
 
 /// What came out, measured on fresh samples with true projections.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -139,7 +139,7 @@ pub fn train(
         }
         match trainer.run_epoch() {
             Ok(losses) => last = Some(losses),
-            Err(TrainError::Diverged { .. }) if retreats < MOST_RETREATS => {
+            Err(TrainError::Diverged { .. }) if retreats < MAX_RETREATS => {
                 retreats += 1;
                 let earlier: &State = &kept[0];
                 trainer.retreat(earlier);

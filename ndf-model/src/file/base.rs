@@ -14,10 +14,10 @@ const PLAIN: u8 = 0;
 const CODED: u8 = 1;
 /// Faces a coded byte may stand for, beyond the first 2¹⁶: what a hostile file can ask for stays in proportion. More
 /// regular meshes are written plain.
-const MOST_PER_BYTE: usize = 1024;
+const MAX_PER_BYTE: usize = 1024;
 
 fn is_plausible(faces: usize, bytes: usize) -> bool {
-    faces <= (1 << 16) + MOST_PER_BYTE * bytes
+    faces <= (1 << 16) + MAX_PER_BYTE * bytes
 }
 
 /// In place of the exponent of a grid: positions are plain.

@@ -5,7 +5,7 @@ use super::error::{ModelError, VERSION};
 
 /// Not text, so that a transfer as text is noticed.
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
-const MOST_SECTIONS: usize = 1024;
+const MAX_SECTIONS: usize = 1024;
 /// Bytes of a section in the table.
 const ENTRY: usize = 16;
 
@@ -48,7 +48,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
     if version == 0 || version > VERSION {
         return Err(ModelError::Version(version));
     }
-    if count as usize > MOST_SECTIONS {
+    if count as usize > MAX_SECTIONS {
         return Err(ModelError::Header("it announces too many sections"));
     }
     let table_end = 16 + ENTRY * count as usize;

@@ -1,7 +1,7 @@
 //! Numbers on grids of powers of two: an integer times 2ᵉ is exact in single precision and the same on every machine.
 
 /// Integers on a grid are of at most so many bits, so that sums and differences of a few of them fit 32.
-const MOST_BITS: u32 = 24;
+const MAX_BITS: u32 = 24;
 
 /// The numbers q · 2ᵉ for integers q.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Grid {
             exponent = exponent.min(lowest_bit(x).unwrap_or(i32::MAX));
         }
         let grid = Self::new(if exponent == i32::MAX { 0 } else { i8::try_from(exponent).ok()? });
-        let most = f64::from(1 << MOST_BITS);
+        let most = f64::from(1 << MAX_BITS);
         values.into_iter().all(|x| (f64::from(x) / grid.spacing()).abs() < most).then_some(grid)
     }
 

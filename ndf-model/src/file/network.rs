@@ -4,7 +4,7 @@
 use super::bytes::{Reader, Writer};
 use super::error::ModelError;
 use super::numbers::{self, Groups};
-use crate::intrinsic_network::{IntrinsicNetwork, MOST_FEATURES, NetworkShape};
+use crate::intrinsic_network::{IntrinsicNetwork, MAX_FEATURES, NetworkShape};
 use ndf_network::{Activation, MlpShape};
 
 /// Writes the number of features a vertex.
@@ -35,8 +35,8 @@ pub(super) fn write_parameters(w: &mut Writer, network: &IntrinsicNetwork) {
 /// Reads the number of features a vertex. Sizes that are absurd must not get as far as being multiplied.
 pub(super) fn read_dimension(r: &mut Reader<'_>) -> Result<usize, ModelError> {
     let dimension = r.u32()? as usize;
-    if dimension > MOST_FEATURES {
-        return Err(r.defect(format!("{dimension} features a vertex are more than {MOST_FEATURES}")));
+    if dimension > MAX_FEATURES {
+        return Err(r.defect(format!("{dimension} features a vertex are more than {MAX_FEATURES}")));
     }
     Ok(dimension)
 }

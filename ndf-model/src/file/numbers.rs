@@ -15,10 +15,10 @@ const CODED: u8 = 1;
 
 /// Numbers a coded byte may stand for, beyond the first 2¹⁶: what a hostile file can ask for stays in proportion. More
 /// regular arrays are written as they are.
-const MOST_PER_BYTE: usize = 256;
+const MAX_PER_BYTE: usize = 256;
 
 fn is_plausible(count: usize, bytes: usize) -> bool {
-    count <= (1 << 16) + MOST_PER_BYTE * bytes
+    count <= (1 << 16) + MAX_PER_BYTE * bytes
 }
 
 /// How an array is parted.

@@ -116,7 +116,7 @@ const FINEST_GRID: i8 = -20;
 
 /// Bits by which positions are always finer than the mean edge is long: what coarser ones save, the creases of a bumpy mesh
 /// cost.
-const LEAST_POSITION_BITS: u32 = 5;
+const MIN_POSITION_BITS: u32 = 5;
 
 /// The largest spacing of positions, as a multiple of the distance from the surface. Rounding moves a vertex along the normal
 /// by the spacing divided by √12, in the root mean square.
@@ -131,8 +131,8 @@ fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<M
     });
     let mean = lengths.sum::<f64>() / base.edge_count().max(1) as f64;
     let spacing = |bits: u32| mean / f64::from(bits).exp2();
-    let finest = spacing(precision.positions.max(LEAST_POSITION_BITS));
-    let spacing = (SPACING_BY_DISTANCE * distance).clamp(finest, spacing(LEAST_POSITION_BITS));
+    let finest = spacing(precision.positions.max(MIN_POSITION_BITS));
+    let spacing = (SPACING_BY_DISTANCE * distance).clamp(finest, spacing(MIN_POSITION_BITS));
     let first = spacing.log2().floor();
     let normals = |mesh: &ManifoldMesh| -> Vec<DVec3> {
         let mesh = &mesh;

@@ -91,13 +91,13 @@ impl Encoder {
         }
     }
 
-    /// The bytes of all decisions. Of the last bytes, [`MOST_MISSING`] at most, zeros are left out: the decoder reads
+    /// The bytes of all decisions. Of the last bytes, [`MAX_MISSING`] at most, zeros are left out: the decoder reads
     /// zeros there anyway.
     pub(super) fn finish(mut self) -> Vec<u8> {
         for _ in 0..5 {
             self.shift();
         }
-        for _ in 0..MOST_MISSING {
+        for _ in 0..MAX_MISSING {
             self.bytes.pop_if(|byte| *byte == 0);
         }
         self.bytes
@@ -141,7 +141,7 @@ pub(super) struct Decoder<'a> {
 }
 
 /// Zeros an encoder may leave out at its end.
-const MOST_MISSING: usize = 4;
+const MAX_MISSING: usize = 4;
 
 impl<'a> Decoder<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
@@ -209,7 +209,7 @@ impl Coder for Decoder<'_> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.missing > MOST_MISSING
+        self.missing > MAX_MISSING
     }
 }
 

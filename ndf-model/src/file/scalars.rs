@@ -18,7 +18,7 @@ use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION};
 use super::network;
 use crate::intrinsic_network::ChannelIndex;
-use crate::scalars::{Channel, MOST_CHANNELS, ScalarShape, SurfaceScalars};
+use crate::scalars::{Channel, MAX_CHANNELS, ScalarShape, SurfaceScalars};
 
 /// Tag of the section.
 pub(super) const TAG: &str = "SCAL";
@@ -43,9 +43,9 @@ pub(super) fn write(fields: &SurfaceScalars) -> Vec<u8> {
 /// Reads the section, over a base mesh of so many vertices. Allocates no more than a small multiple of the bytes.
 pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceScalars, ModelError> {
     let count = r.u32()? as usize;
-    if count > MOST_CHANNELS {
+    if count > MAX_CHANNELS {
         return Err(
-            r.defect(format!("{count} scalar fields announced; at most {MOST_CHANNELS} are supported"))
+            r.defect(format!("{count} scalar fields announced; at most {MAX_CHANNELS} are supported"))
         );
     }
     let channels: Vec<Channel> = (0..count).map(|_| read_channel(&mut r)).collect::<Result<_, _>>()?;

@@ -19,4 +19,4 @@ pub use network::IntrinsicNetwork;
 pub use shape::{ChannelIndex, NetworkShape, Passes};
 
 pub(crate) use evaluation::Part;
-pub(crate) use shape::MOST_FEATURES;
+pub(crate) use shape::MAX_FEATURES;

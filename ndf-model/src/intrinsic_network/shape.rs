@@ -3,15 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::ShapeError;
-use ndf_network::encoding::{self, MOST_OCTAVES};
+use ndf_network::encoding::{self, MAX_OCTAVES};
 use ndf_network::{Activation, MlpShape};
 
 /// Features of a base vertex; more are not supported.
-pub(crate) const MOST_FEATURES: usize = 4096;
+pub(crate) const MAX_FEATURES: usize = 4096;
 /// Neurons of a hidden layer; more are not supported.
-const MOST_NEURONS: usize = 4096;
+const MAX_NEURONS: usize = 4096;
 /// Hidden layers; more are not supported.
-const MOST_LAYERS: usize = 255;
+const MAX_LAYERS: usize = 255;
 
 /// The sizes of an [`IntrinsicNetwork`](super::IntrinsicNetwork).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,10 +64,10 @@ impl NetworkShape {
     /// If they are not.
     pub fn validate(&self) -> Result<(), ShapeError> {
         match self {
-            s if s.features > MOST_FEATURES => Err(ShapeError::Features),
-            s if s.octaves > MOST_OCTAVES => Err(ShapeError::Octaves),
-            s if s.hidden.len() > MOST_LAYERS => Err(ShapeError::Layers),
-            s if s.hidden.iter().any(|width| !(1..=MOST_NEURONS).contains(width)) => Err(ShapeError::Neurons),
+            s if s.features > MAX_FEATURES => Err(ShapeError::Features),
+            s if s.octaves > MAX_OCTAVES => Err(ShapeError::Octaves),
+            s if s.hidden.len() > MAX_LAYERS => Err(ShapeError::Layers),
+            s if s.hidden.iter().any(|width| !(1..=MAX_NEURONS).contains(width)) => Err(ShapeError::Neurons),
             _ => Ok(()),
         }
     }

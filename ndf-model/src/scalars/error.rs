@@ -3,7 +3,7 @@
 use crate::intrinsic_network::NetworkError;
 
 /// More channels than this are refused.
-pub const MOST_CHANNELS: usize = 4096;
+pub const MAX_CHANNELS: usize = 4096;
 
 /// Why parts do not make scalar fields.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -12,7 +12,7 @@ pub enum ScalarsError {
     #[error("no scalar fields given")]
     Empty,
     /// There are too many channels.
-    #[error("{0} scalar fields given; at most {MOST_CHANNELS} are supported")]
+    #[error("{0} scalar fields given; at most {MAX_CHANNELS} are supported")]
     TooMany(usize),
     /// A name that cannot stand in a file.
     #[error(

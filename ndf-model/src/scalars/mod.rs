@@ -11,7 +11,7 @@ mod error;
 use serde::{Deserialize, Serialize};
 
 pub use channel::Channel;
-pub use error::{MOST_CHANNELS, ScalarsError};
+pub use error::{MAX_CHANNELS, ScalarsError};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkShape, Part, Passes};
 use ndf_mesh::FacePoint;
@@ -73,7 +73,7 @@ impl SurfaceScalars {
         if channels.is_empty() {
             return Err(ScalarsError::Empty);
         }
-        if channels.len() > MOST_CHANNELS {
+        if channels.len() > MAX_CHANNELS {
             return Err(ScalarsError::TooMany(channels.len()));
         }
         let mut names: Vec<&str> = channels.iter().map(|c| c.name.as_str()).collect();

@@ -1,11 +1,10 @@
 //! Anchors: points of the base mesh that must go to given places.
 
-use ndf_core::{DVec3, Hint};
-use ndf_mesh::TriangleTree;
+use ndf_core::DVec3;
 use ndf_model::file::StoredBase;
 use serde_json::Value;
 
-use super::{Block, FixedPoints, Gradients, Place, PointTarget, Target, Term};
+use super::{Block, FixedPoints, Gradients, PointTarget, Term};
 
 /// ‖g(x) − q‖² over pairs of a point x of the base mesh and the place q of its image (supplement, Eq. 3).
 #[derive(Clone, Debug)]
@@ -17,15 +16,7 @@ impl Anchors {
     /// Anchors at the points of the base mesh closest to the first of each pair; the second is where the image should be. Both
     /// are in the coordinates of the surface. Pairs that are not finite are left out.
     pub fn new(base: &StoredBase, pairs: &[(DVec3, DVec3)]) -> Self {
-        let (tree, similarity) = (TriangleTree::new(&base.mesh), &base.similarity);
-        let mut points = FixedPoints::default();
-        for &(p, q) in pairs.iter().filter(|(_, q)| q.is_finite()) {
-            if let Some(closest) = tree.closest_point(similarity.to_normalised(p), Hint::NONE) {
-                points.places.push(Place::new(&closest.at));
-                points.targets.push(Target::point(similarity.to_normalised(q).as_vec3()));
-            }
-        }
-        Self { points }
+        Self { points: FixedPoints::new(base, pairs) }
     }
 }
 

@@ -10,7 +10,7 @@ use super::{Block, Gradients, Needs, Term};
 pub struct Conformal;
 
 /// Below this ‖J‖²_F a sample has collapsed to a point and is left out.
-const LEAST_TRACE: f32 = 1e-12;
+const MIN_TRACE: f32 = 1e-12;
 
 impl Term for Conformal {
     fn name(&self) -> &str {
@@ -27,7 +27,7 @@ impl Term for Conformal {
             let (u, v) = (block.tangents[0][i], block.tangents[1][i]);
             let n = target.surface_normal;
             let trace = u.length_squared() + v.length_squared();
-            if trace < LEAST_TRACE || n == Vec3::ZERO {
+            if trace < MIN_TRACE || n == Vec3::ZERO {
                 continue;
             }
             let determinant = n.dot(u.cross(v));

@@ -10,7 +10,7 @@ use super::{Block, Gradients, Needs, Term};
 pub struct NormalAlignment;
 
 /// Square of the smallest area stretch at which a normal is trusted.
-const LEAST_AREA_SQUARED: f32 = 1e-16;
+const MIN_AREA_SQUARED: f32 = 1e-16;
 
 impl Term for NormalAlignment {
     fn name(&self) -> &str {
@@ -28,7 +28,7 @@ impl Term for NormalAlignment {
             let area = u.cross(v);
             let squared = area.length_squared();
             let wanted = target.surface_normal;
-            if squared < LEAST_AREA_SQUARED || wanted == Vec3::ZERO {
+            if squared < MIN_AREA_SQUARED || wanted == Vec3::ZERO {
                 continue;
             }
             let length = squared.sqrt();

@@ -1,6 +1,9 @@
 //! What the images of points are compared with.
 
 use ndf_core::glam::Vec3;
+use ndf_core::{DVec3, Hint};
+use ndf_mesh::TriangleTree;
+use ndf_model::file::StoredBase;
 
 use super::place::Place;
 
@@ -36,4 +39,20 @@ impl Target {
 pub struct FixedPoints {
     pub(crate) places: Vec<Place>,
     pub(crate) targets: Vec<Target>,
+}
+
+impl FixedPoints {
+    /// The points of the base mesh closest to the first of each pair; the second is the foot of the target. Both are in the
+    /// coordinates of the surface. Pairs that are not finite are left out.
+    pub fn new(base: &StoredBase, pairs: &[(DVec3, DVec3)]) -> Self {
+        let (tree, similarity) = (TriangleTree::new(&base.mesh), &base.similarity);
+        let mut points = Self::default();
+        for &(p, q) in pairs.iter().filter(|(_, q)| q.is_finite()) {
+            if let Some(closest) = tree.closest_point(similarity.to_normalised(p), Hint::NONE) {
+                points.places.push(Place::new(&closest.at));
+                points.targets.push(Target::point(similarity.to_normalised(q).as_vec3()));
+            }
+        }
+        points
+    }
 }

@@ -23,7 +23,7 @@ use super::range_coder::Coder;
 use ndf_mesh::ManifoldMesh;
 
 /// More faces than any base mesh has; so much may be allocated before a hostile file is found out.
-const MOST_FACES: usize = 1 << 21;
+const MAX_FACES: usize = 1 << 21;
 
 /// Steps are read; there is nothing to know.
 struct Reading;
@@ -40,7 +40,7 @@ impl Guide for Reading {
 ///
 /// Deterministic, and the order of what has been read is the identity.
 pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<BaseOrder> {
-    if mesh.face_count() > MOST_FACES {
+    if mesh.face_count() > MAX_FACES {
         return None;
     }
     let mut writing = Writing::new(mesh);
@@ -53,7 +53,7 @@ pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<Base
 /// # Errors
 /// If the stream ends early or does not make sense. O(faces) memory, of the faces that are really there.
 pub(super) fn decode(coder: &mut impl Coder, face_count: usize) -> Result<(Vec<[u32; 3]>, usize), Defect> {
-    if face_count > MOST_FACES {
+    if face_count > MAX_FACES {
         return Err("it announces more faces than its bytes can hold");
     }
     let mut machine = Machine::new();
