@@ -1,17 +1,16 @@
-//! Wavefront OBJ, parsed by the crate `tobj`.
+//! Wavefront OBJ: positions and faces, as they stand in the file.
 //!
-//! `tobj` is made for drawing: it numbers vertices by first use, object by object, drops those no face uses and
-//! splits at texture seams. A mesh is wanted here as it stands in the file. So `tobj` is given a stream with
-//! only positions and the position indices of faces, headed by one polygon that names all vertices in order.
+//! Readers made for drawing number vertices by first use, drop those no face uses and split them at texture seams. Here
+//! vertices keep the numbers of the file; normals, texture coordinates, objects and groups are passed over.
 
 use std::borrow::Cow;
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, Write};
 
 use ndf_core::DVec3;
 
-use super::polygons::{Triangles, too_small};
-use super::text::{beginning, is_binary, numbered_lines};
-use super::{Content, Parsed};
+use super::Parsed;
+use super::polygons::Triangles;
+use super::text::{beginning, is_binary, numbered_lines, three_numbers};
 use crate::TriangleMesh;
 
 /// First words of the lines of OBJ files.
@@ -30,31 +29,51 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     if vertices == 0 {
         refuse_prose(&text)?;
     }
-    let mut stream = PositionsAndFaces::new(&text, vertices);
-    let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let loaded = tobj::load_obj_buf(&mut stream, &tobj::LoadOptions::default(), no_materials);
-    let (models, _) = loaded.map_err(|error| defect(&error, &text, stream.line, vertices))?;
+    // Every vertex takes eight bytes at least, so that this reserves no more than a small multiple of the file's size.
     let mut positions = Vec::with_capacity(vertices);
     let mut triangles = Triangles::default();
-    for tobj::Model { mesh, .. } in models {
-        positions.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
-        // Without arities everything is a triangle; the heading polygon is one only over three vertices.
-        let all_triangles = vec![3; mesh.indices.len() / 3];
-        let arities = if mesh.face_arities.is_empty() { &all_triangles } else { &mesh.face_arities };
-        let mut rest = &mesh.indices[..];
-        for (face, &arity) in arities.iter().enumerate() {
-            let (corners, others) = rest.split_at(arity as usize);
-            rest = others;
-            if face > 0 {
-                triangles.add(corners);
+    let mut corners = Vec::new();
+    for statement in statements(&text) {
+        match statement.keyword() {
+            "v" => positions.push(position(&statement)?),
+            "f" => {
+                corners.clear();
+                for index in statement.indices() {
+                    corners.push(corner(index, statement.line, positions.len(), vertices)?);
+                }
+                triangles.add(&corners);
             }
+            _ => {}
         }
     }
-    let Content { mesh, scalars, mut notes } = triangles.into_content(positions, Vec::new())?;
-    if stream.too_small > 0 {
-        notes.push(too_small(stream.too_small));
+    triangles.into_content(positions, Vec::new())
+}
+
+/// The position of a vertex: three numbers. A fourth is a weight; more are a colour, of no interest here.
+fn position(statement: &Statement<'_>) -> Result<DVec3, String> {
+    let line = statement.line;
+    let needs = || format!("line {line}: a vertex needs three numbers");
+    let mut words = statement.words();
+    let position = DVec3::from_array(three_numbers(&mut words).ok_or_else(needs)?);
+    match (words.next(), words.next()) {
+        (Some(weight), None) => match weight.parse::<f64>() {
+            Ok(0.0) => Err(format!("line {line}: the weight of the vertex is zero")),
+            Ok(weight) => Ok(position / weight),
+            Err(_) => Err(needs()),
+        },
+        _ => Ok(position),
     }
-    Ok(Content { mesh, scalars, notes })
+}
+
+/// The vertex that an index of a face names: counted from 1, or backwards from the vertices before the face.
+fn corner(index: &str, line: usize, before: usize, vertices: usize) -> Result<u32, String> {
+    let index: i64 =
+        index.parse().map_err(|_| format!("line {line}: the indices of a face must be integers"))?;
+    let vertex = if index < 0 { before as i64 + index } else { index - 1 };
+    if !(0..vertices as i64).contains(&vertex) {
+        return Err(format!("line {line}: a face names vertex {index}, but there are {vertices} vertices"));
+    }
+    u32::try_from(vertex).map_err(|_| format!("line {line}: a mesh has fewer than 2^32 vertices"))
 }
 
 /// A file without vertices is an empty mesh only if it says nothing else.
@@ -78,32 +97,6 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> 
         writeln!(out, "f {a} {b} {c}")?;
     }
     Ok(())
-}
-
-/// What went wrong, with the line: that of the stream, or for indices out of range, found when all is read, the
-/// first line with such an index.
-fn defect(error: &tobj::LoadError, text: &str, line: usize, vertices: usize) -> String {
-    match error {
-        tobj::LoadError::PositionParseError => format!("line {line}: a vertex needs three numbers"),
-        tobj::LoadError::ScalingByZeroError => format!("line {line}: the weight of the vertex is zero"),
-        tobj::LoadError::FaceParseError => format!("line {line}: the indices of a face must be integers"),
-        tobj::LoadError::FaceVertexOutOfBounds => {
-            let mut before = 0;
-            for statement in statements(text) {
-                before += i64::from(statement.keyword() == "v");
-                let indices = statement.indices().filter_map(|i| i.parse::<i64>().ok());
-                let mut wrong = indices.filter(|&i| i == 0 || i > vertices as i64 || i < -before);
-                if let (Some(index), "f") = (wrong.next(), statement.keyword()) {
-                    return format!(
-                        "line {}: a face names vertex {index}, but there are {vertices} vertices",
-                        statement.line
-                    );
-                }
-            }
-            "a face names a vertex that does not exist".to_owned()
-        }
-        other => format!("line {line}: {other}"),
-    }
 }
 
 /// A line, or several joined by `\` at their ends.
@@ -140,69 +133,4 @@ fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
         }
         Some(Statement { text, line })
     })
-}
-
-/// The stream given to `tobj`, one statement at a time, so that [`line`](Self::line) is where it stopped.
-struct PositionsAndFaces<'a> {
-    statements: Box<dyn Iterator<Item = Statement<'a>> + 'a>,
-    buffer: String,
-    taken: usize,
-    line: usize,
-    too_small: usize,
-}
-
-impl<'a> PositionsAndFaces<'a> {
-    fn new(text: &'a str, vertices: usize) -> Self {
-        let all: Vec<String> = (1..=vertices).map(|v| v.to_string()).collect();
-        let buffer = if vertices > 0 { format!("f {}\n", all.join(" ")) } else { String::new() };
-        Self { statements: Box::new(statements(text)), buffer, taken: 0, line: 0, too_small: 0 }
-    }
-
-    /// Puts the next statement `tobj` needs to see into the buffer; leaves it empty at the end.
-    fn refill(&mut self) {
-        self.buffer.clear();
-        self.taken = 0;
-        for statement in self.statements.by_ref() {
-            self.line = statement.line;
-            let mut say = |words: &mut dyn Iterator<Item = &str>| {
-                self.buffer.push_str(statement.keyword());
-                words.for_each(|word| self.buffer.extend([" ", word]));
-                self.buffer.push('\n');
-            };
-            match statement.keyword() {
-                // A fourth number is a weight; more are a colour, of no interest here.
-                "v" if statement.words().count() == 4 => say(&mut statement.words()),
-                "v" => say(&mut statement.words().take(3)),
-                "f" if statement.words().count() < 3 => {
-                    self.too_small += 1;
-                    continue;
-                }
-                // An index that is missing must not vanish from the line.
-                "f" => say(&mut statement.indices().map(|i| if i.is_empty() { "?" } else { i })),
-                _ => continue,
-            }
-            return;
-        }
-    }
-}
-
-impl Read for PositionsAndFaces<'_> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let n = self.fill_buf()?.read(out)?;
-        self.consume(n);
-        Ok(n)
-    }
-}
-
-impl BufRead for PositionsAndFaces<'_> {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.taken == self.buffer.len() {
-            self.refill();
-        }
-        Ok(&self.buffer.as_bytes()[self.taken..])
-    }
-
-    fn consume(&mut self, n: usize) {
-        self.taken += n;
-    }
 }

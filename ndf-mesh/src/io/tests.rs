@@ -221,7 +221,7 @@ fn defects_are_named_with_their_place() {
         (ply("0 0 0 1 0 0 0 1 0"), "it ends within row 0 of the 1 of element face"),
         (ply("0 0 0 1 0 0 0 1 zero 3 0 1 2"), "row 2 of element vertex"),
         (ply("0 0 0 1 0 0 0 1 0 3 0 1 3"), "face 0 names vertex 3, but there are 3 vertices"),
-        (ply("0 0 0 1 0 0 0 1 0 3 0 1 -5"), "row 0 of element face: -5 is no vertex index"),
+        (ply("0 0 0 1 0 0 0 1 0 3 0 1 -5"), "row 0 of element face: -5 is not a vertex index"),
         (refusal("a", b"ply\nformat ascii 1.0\nelement vertex 1\n"), "the header ends without end_header"),
         (refusal("a", head.replace("float y", "half y").as_bytes()), "header: Unknown scalar type: half"),
         (
