@@ -4,11 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Fitted, Job, fit_file};
-use ndf_cli::commands::training::Training;
-use ndf_cli::context::{Context, Options as ContextOptions};
-use ndf_cli::input::Reading;
+use ndf::{EdgeLength, Fit, ModelExt, Opened};
+use ndf_cli::arguments::Reading;
 use ndf_cli::report::{Figure, Shot};
 use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
@@ -21,7 +18,7 @@ use ndf_spectral::{ModeOptions, modes};
 use crate::root;
 
 /// Faces of the base mesh of which a row says nothing.
-const BASE_FACES: u32 = 4000;
+const BASE_FACES: usize = 4000;
 
 /// Longest edge of the extracted mesh, in the box [-1.5, 1.5]³.
 const EDGE_LENGTH: f64 = 0.01;
@@ -54,7 +51,7 @@ pub(crate) struct Options {
     truth: Option<PathBuf>,
     /// Faces of the base mesh
     #[arg(long, default_value_t = BASE_FACES)]
-    base_faces: u32,
+    base_faces: usize,
     #[command(flatten)]
     reading: Reading,
 }
@@ -63,46 +60,43 @@ pub(crate) struct Options {
 /// the place of an earlier one of the same file and base mesh.
 pub(crate) fn run(options: &Options) -> Result<(), String> {
     let file = &options.file;
-    let context = Context::new(ContextOptions { quiet: true, ..ContextOptions::default() });
     let file_name = file.file_name().ok_or("the file has no name")?.to_string_lossy().into_owned();
     let name = match options.base_faces {
         BASE_FACES => file_name,
         faces => format!("{file_name}, {faces} faces"),
     };
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-    let job = Job::new(file, &options.reading, options.base_faces, Training::default());
-    let (fitted, _) = fit_file(&job, &context).map_err(|e| say(&e))?;
-    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    let reading = options.reading.options().map_err(|e| say(&e))?;
+    let opened = ndf::open(file, &reading).map_err(|e| say(&e))?;
+    let fitted = Fit::new(&opened).base_faces(options.base_faces).run().map_err(|e| say(&e))?;
+    let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
     check_analysis(&surface).map_err(|e| say(&e))?;
     let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));
     write_picture(&surface, &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
     let truth = match &options.truth {
-        Some(path) => distances(&fitted, &surface, path).map_err(|e| say(&e))?,
+        Some(path) => distances(&opened, &surface, path).map_err(|e| say(&e))?,
         None => "".to_owned(),
     };
     let report = &fitted.report;
     let diagonal = surface.bounds().diagonal();
     let share = |x: f64| 100.0 * fitted.model.similarity.length_to_world(x) / diagonal;
-    let figures = fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity));
-    let number = |key: &str| figures.as_ref().map_or(0.0, |figures| figures[key].as_f64().unwrap_or(0.0));
+    let figures = fitted.figures();
     let row = format!(
         "| {name} | {} | {:.3} / {:.2} | {truth} | ![{name}]({picture}) |\n",
-        fitted.input.kind,
+        fitted.kind,
         share(report.projection_rms),
         share(report.projection_max),
     );
     eprint!("{row}");
     put(&name, &row, TABLE)?;
-    if figures.is_none() {
-        return Ok(());
-    }
+    let Some(cache) = figures.cache else { return Ok(()) };
     let row = format!(
-        "| {name} | {:.0} | {:.3} | {:.0} | {:.4} / {:.4} |\n",
-        number("cubes"),
-        share(number("finest")),
-        100.0 * number("unresolved"),
-        share(number("projection_error_median")),
-        share(number("projection_error_rms")),
+        "| {name} | {} | {:.3} | {:.0} | {:.4} / {:.4} |\n",
+        cache.cubes,
+        share(cache.finest),
+        100.0 * cache.unresolved,
+        share(cache.projection_error_median),
+        share(cache.projection_error_rms),
     );
     eprint!("{row}");
     put(&name, &row, CACHES)
@@ -125,9 +119,9 @@ fn check_analysis(surface: &ManifoldMesh) -> Result<(), String> {
 
 /// Mean distances to the true mesh, there and back, of the learned surface and of marching cubes of the input, in
 /// per cent of its diagonal.
-fn distances(fitted: &Fitted, surface: &TriangleMesh, truth: &Path) -> Result<String, String> {
+fn distances(opened: &Opened, surface: &TriangleMesh, truth: &Path) -> Result<String, String> {
     let truth = read_mesh(truth).map_err(|e| e.to_string())?.mesh;
-    let cubes = fitted.input.reference(GRID, &NoProgress).map_err(|e| e.to_string())?;
+    let cubes = opened.reference(GRID, &NoProgress).map_err(|e| e.to_string())?;
     let error = |mesh: &TriangleMesh| {
         let m = measure(&truth, mesh, &MeasureOptions::default()).map_err(|e| e.to_string())?;
         let share = |x: f64| 100.0 * x / m.diagonal;

@@ -9,12 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, fit_file};
-use ndf_cli::commands::spectrum;
-use ndf_cli::commands::training::Training;
-use ndf_cli::context::{Context, Options as Common};
-use ndf_cli::input::Reading;
+use ndf::analysis::mode_scalars;
+use ndf::{EdgeLength, Fit, ModelExt, OpenOptions};
 use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
@@ -177,19 +173,17 @@ fn eigenfunctions(path: &Path, name: &str) -> Result<(Model, TriangleMesh, Vec<V
     let model = match Model::read(&kept) {
         Ok(model) => model,
         Err(_) => {
-            let context = Context::new(Common { quiet: true, ..Common::default() });
-            let reading = Reading::default();
-            let job = Job::new(path, &reading, 4000, Training::default());
-            let model = fit_file(&job, &context).map_err(|e| say(&e))?.0.model;
+            let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| say(&e))?;
+            let model = Fit::new(&opened).run().map_err(|e| say(&e))?.model;
             fs::create_dir_all(&folder).map_err(|e| say(&e))?;
             fs::write(&kept, model.to_bytes()).map_err(|e| say(&e))?;
             model
         }
     };
-    let (mesh, _) = extracted(&model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
+    let mesh = model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
     let laplacian = LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(&mesh), OperatorOptions::default());
     let options = ModeOptions { count: FUNCTIONS + 1, ..ModeOptions::default() };
     let modes = laplacian.and_then(|l| l.modes(&options, &NoProgress)).map_err(|e| say(&e))?;
-    let functions = spectrum::scalars(&modes).split_off(1);
+    let functions = mode_scalars(&modes).split_off(1);
     Ok((model, mesh.into_triangle_mesh(), functions))
 }

@@ -3,11 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, fit_file};
-use ndf_cli::commands::training::Training;
-use ndf_cli::context::{Context, Options};
-use ndf_cli::input::{BaseSource, Reading};
+use ndf::base::BaseSource;
+use ndf::{EdgeLength, Fit, ModelExt, OpenOptions};
 use ndf_mesh::metrics::{MeasureOptions, measure};
 
 use crate::document::replace_table;
@@ -15,13 +12,12 @@ use crate::root;
 
 const MESHES: &[&str] =
     &["spot.obj", "armadillo_86k.obj", "fertility_9k.off", "skull_100k.obj", "rocker-arm.obj"];
-const BASE_FACES: u32 = 4000;
+const BASE_FACES: usize = 4000;
 const EDGE_LENGTH: f64 = 0.01;
 
 /// Fits every mesh that is there and rewrites the table.
 pub(crate) fn run(data: &Path) -> Result<(), String> {
     let folder = root().join(data);
-    let context = Context::new(Options { quiet: true, ..Options::default() });
     let mut table = String::from(
         "| mesh | faces | base mesh, mean distance | learned surface | ratio | largest distance | flipped | training | model |\n\
          |---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
@@ -31,20 +27,19 @@ pub(crate) fn run(data: &Path) -> Result<(), String> {
         if !path.exists() {
             return Err(format!("{} is not there; --data names the folder of the meshes", path.display()));
         }
-        let row = row(file, &path, &context)?;
+        let row = row(file, &path)?;
         eprint!("{row}");
         table += &row;
     }
     replace_table(&root().join("README.md"), "cargo xtask table", &table)
 }
 
-fn row(name: &str, path: &Path, context: &Context) -> Result<String, String> {
+fn row(name: &str, path: &Path) -> Result<String, String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-    let reading = Reading::default();
-    let job = Job::new(path, &reading, BASE_FACES, Training::default());
-    let (fitted, _) = fit_file(&job, context).map_err(|e| say(&e))?;
-    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(|e| say(&e))?;
-    let BaseSource::Manifold(reference) = &fitted.input.base else {
+    let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| say(&e))?;
+    let fitted = Fit::new(&opened).base_faces(BASE_FACES).run().map_err(|e| say(&e))?;
+    let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
+    let BaseSource::Manifold(reference) = &opened.base else {
         return Err(say(&"it is no clean manifold"));
     };
     let reference = &reference;

@@ -1,8 +1,10 @@
 //! What all commands share: the common options, the streams and the way progress is shown.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 
 use clap::Args;
+use ndf::Note;
 
 use crate::output::{Failure, Outcome};
 use crate::progress::ShownProgress;
@@ -20,7 +22,7 @@ pub struct Options {
     /// Threads to work on [default: all cores].
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Seed of everything random: the same seed and thread count give the same bytes.
+    /// Seed of everything random: the same seed gives the same bytes, whatever the number of threads.
     #[arg(long, global = true, value_name = "N", default_value_t = 0)]
     pub seed: u64,
 }
@@ -54,6 +56,17 @@ impl Context {
     /// Tells the user, on the error stream, something that did not stop the work.
     pub fn warn(&self, message: &str) {
         let _ = writeln!(io::stderr(), "ndf: warning: {message}");
+    }
+
+    /// Tells the user a note of the library on what is named, with the option that has to do with it.
+    pub fn warn_of(&self, name: &dyn Display, note: &Note) {
+        let advice = match note {
+            Note::NormalsDisagree { .. } => " (--as oriented-cloud uses them)",
+            Note::NoCode => " (--latent gives one)",
+            Note::Diverged { .. } => "; try a smaller --lr",
+            _ => "",
+        };
+        self.warn(&format!("{name}: {note}{advice}"));
     }
 
     /// Prints the outcome of the command to the standard output, as the options ask.

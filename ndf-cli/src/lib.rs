@@ -8,15 +8,15 @@
 //! To add a command: a file in `commands/` with its arguments and a function
 //! `run(&Arguments, &Context) -> Result<Outcome, Failure>`, and one line each in the enum and the match there.
 
+pub mod arguments;
 pub mod commands;
 pub mod context;
-pub mod input;
+pub mod files;
 pub mod interrupt;
 pub mod output;
 pub mod progress;
 pub mod render;
 pub mod report;
-pub mod triangulation;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
+pub use ndf::text::{grouped, readable};
 use serde_json::{Map, Value};
 
 /// The result of a command, as an object and as a summary for readers.
@@ -96,31 +97,6 @@ pub fn table(rows: &[(&str, String)]) -> String {
     rows.iter().map(|(label, value)| format!("  {label:<width$}  {value}\n")).collect()
 }
 
-/// A number with four significant digits, for reading.
-pub fn readable(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return x.to_string();
-    }
-    let digits = 3 - x.abs().log10().floor() as i32;
-    match digits {
-        -3..=7 => format!("{x:.*}", digits.max(0) as usize),
-        _ => format!("{x:.3e}"),
-    }
-}
-
-/// A count with its digits in groups of three.
-pub fn grouped(n: usize) -> String {
-    let digits = n.to_string();
-    let mut out = String::with_capacity(digits.len() * 4 / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,15 +120,6 @@ mod tests {
         let mut out = Vec::new();
         outcome.write(true, &mut out).unwrap();
         assert_eq!(out, b"{\"a\":1}\n");
-    }
-
-    #[test]
-    fn numbers_are_readable() {
-        assert_eq!(
-            [0.0, 1.0, 12.345678, 123456.0, 1e-9].map(readable),
-            ["0", "1.000", "12.35", "123456", "1.000e-9"]
-        );
-        assert_eq!([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! approaches the Hausdorff distance from below.
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::FacePoint;
 use crate::sampling::AreaSampler;
@@ -28,7 +29,7 @@ impl Default for MeasureOptions {
 }
 
 /// Distances from one mesh to another, in the unit of the coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Distances {
     /// Mean over the samples.
     pub mean: f64,
@@ -39,7 +40,7 @@ pub struct Distances {
 }
 
 /// What [`measure`] found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measurement {
     /// From samples of the reference to the mesh: large where the mesh lacks something.
     pub reference_to_mesh: Distances,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::ManifoldMesh;
 use ndf_core::DVec3;
@@ -11,7 +12,7 @@ use ndf_core::DVec3;
 const CHUNK: usize = 4096;
 
 /// Smallest, mean and largest of some values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Smallest.
     pub min: f64,
@@ -22,7 +23,7 @@ pub struct Spread {
 }
 
 /// The smallest angles of all faces, in degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SmallestAngles {
     /// The smallest of all.
     pub min: f64,
@@ -33,7 +34,7 @@ pub struct SmallestAngles {
 }
 
 /// Figures of a mesh's triangles.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quality {
     /// Lengths of the edges.
     pub edge_length: Spread,

@@ -2,8 +2,10 @@
 //! its name says, and all keep the order of what remains.
 
 use std::collections::HashMap;
+use std::fmt;
 
 use ndf_core::DVec3;
+use serde::Serialize;
 
 use super::validation::DisjointSets;
 use super::{ManifoldMesh, NotManifold, TriangleMesh, ValidationReport};
@@ -16,10 +18,64 @@ const NEAR: f64 = 1e-6;
 pub struct Mended {
     /// The largest component of the mended mesh.
     pub mesh: ManifoldMesh,
-    /// What was changed, a sentence each; empty if nothing.
-    pub notes: Vec<String>,
+    /// What was changed; empty if nothing.
+    pub notes: Vec<RepairNote>,
     /// The share of the whole area that the largest component has.
     pub kept_area: f64,
+}
+
+/// Something that was changed to make a manifold of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "note", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum RepairNote {
+    /// Faces that name a vertex twice, repeat another or are not finite were left out.
+    UnusableFaces {
+        /// How many.
+        faces: usize,
+    },
+    /// Vertices were merged with others in the same place, or nearly so.
+    VerticesMerged {
+        /// How many.
+        vertices: usize,
+        /// Whether all had exactly the same positions as others.
+        exactly: bool,
+    },
+    /// Fans of faces that met in one vertex got vertices of their own.
+    FansSeparated,
+    /// Some faces were turned to agree with the others.
+    FacesTurned {
+        /// How many.
+        faces: usize,
+    },
+    /// All faces were turned outward.
+    AllFacesTurned,
+    /// All components but the largest were left out.
+    ComponentsLeftOut {
+        /// Components there were, the largest included.
+        components: usize,
+        /// Faces that were left out.
+        faces: usize,
+    },
+}
+
+impl fmt::Display for RepairNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plural = |n: usize| if n == 1 { "" } else { "s" };
+        match *self {
+            Self::UnusableFaces { faces } => write!(f, "{faces} unusable face{} left out", plural(faces)),
+            Self::VerticesMerged { vertices, exactly } => {
+                let how = if exactly { "in the same place" } else { "nearly in the same place" };
+                write!(f, "{vertices} vertices {how} merged")
+            }
+            Self::FansSeparated => f.write_str("fans of faces that met in one vertex were separated"),
+            Self::FacesTurned { faces } => write!(f, "{faces} face{} turned to agree", plural(faces)),
+            Self::AllFacesTurned => f.write_str("all faces turned outward"),
+            Self::ComponentsLeftOut { components, faces } => {
+                write!(f, "only the largest of {components} components is used; {faces} faces left out")
+            }
+        }
+    }
 }
 
 /// Mends what can be mended without inventing geometry, and keeps the largest component: unusable faces and
@@ -30,13 +86,11 @@ pub struct Mended {
 /// With the report of what is left, if the result is not an oriented manifold.
 pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
     let mut notes = Vec::new();
-    let count =
-        |n: usize, one: &str, many: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
     let before = ValidationReport::of(mesh);
     let mut current = without_unusable_faces(mesh);
     let dropped = mesh.face_count() - current.face_count();
     if dropped > 0 {
-        notes.push(count(dropped, "unusable face left out", "unusable faces left out"));
+        notes.push(RepairNote::UnusableFaces { faces: dropped });
     }
     current = without_unreferenced_vertices(&current).0;
     if before.boundary_edges > 0 {
@@ -44,22 +98,18 @@ pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
     }
     if ValidationReport::of(&current).nonmanifold_vertices.count > 0 {
         current = split_fans(&current);
-        notes.push("fans of faces that met in one vertex were separated".to_owned());
+        notes.push(RepairNote::FansSeparated);
     }
     let turned = oriented(&current);
     let changed = turned.faces().iter().zip(current.faces()).filter(|(a, b)| a != b).count();
     if changed > 0 {
-        let all = if changed == current.face_count() {
-            "all faces turned outward"
-        } else {
-            "faces turned to agree"
-        };
-        notes.push(if changed == current.face_count() { all.to_owned() } else { format!("{changed} {all}") });
+        let all = changed == current.face_count();
+        notes.push(if all { RepairNote::AllFacesTurned } else { RepairNote::FacesTurned { faces: changed } });
     }
     let (largest, components) = largest_component(&turned);
     if components > 1 {
         let rest = turned.face_count() - largest.face_count();
-        notes.push(format!("only the largest of {components} components is used; {rest} faces left out"));
+        notes.push(RepairNote::ComponentsLeftOut { components, faces: rest });
     }
     let kept_area = if components > 1 { largest.area() / turned.area() } else { 1.0 };
     Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes, kept_area })
@@ -67,18 +117,17 @@ pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
 
 /// The mesh with coinciding, or else nearly coinciding, vertices merged, if that leaves fewer boundary edges and
 /// makes none non-manifold.
-fn closed_by_welding(mesh: TriangleMesh, notes: &mut Vec<String>) -> TriangleMesh {
+fn closed_by_welding(mesh: TriangleMesh, notes: &mut Vec<RepairNote>) -> TriangleMesh {
     let before = ValidationReport::of(&mesh);
-    for (tolerance, how) in
-        [(0.0, "in the same place"), (NEAR * mesh.bounds().diagonal(), "nearly in the same place")]
-    {
+    for tolerance in [0.0, NEAR * mesh.bounds().diagonal()] {
         let merged = without_unreferenced_vertices(&without_unusable_faces(&welded(&mesh, tolerance))).0;
         let after = ValidationReport::of(&merged);
         let better = after.boundary_edges < before.boundary_edges
             && after.nonmanifold_edges.count <= before.nonmanifold_edges.count;
         // Near vertices are only worth merging where it closes the mesh.
         if better && (tolerance == 0.0 || after.boundary_edges == 0) {
-            notes.push(format!("{} vertices {how} merged", mesh.vertex_count() - merged.vertex_count()));
+            let vertices = mesh.vertex_count() - merged.vertex_count();
+            notes.push(RepairNote::VerticesMerged { vertices, exactly: tolerance == 0.0 });
             return merged;
         }
     }

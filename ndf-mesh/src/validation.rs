@@ -3,11 +3,12 @@
 use std::fmt;
 
 use ndf_core::DVec3;
+use serde::Serialize;
 
 use super::TriangleMesh;
 
 /// One kind of defect: how often it occurs and where first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Defect {
     /// Number of occurrences.
     pub count: usize,
@@ -27,7 +28,8 @@ impl Defect {
 /// Elements are counted as follows. An edge is a pair of different vertices joined by some face. Faces that
 /// name a vertex twice take no part in edges. Euler characteristic: referenced vertices − edges + faces that
 /// take part. Components are joined through shared edges.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct ValidationReport {
     /// Number of vertices, unreferenced ones included.
     pub vertices: usize,

@@ -8,11 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use ndf_cli::commands::extract::{EdgeLength, extracted};
-use ndf_cli::commands::fit::{Job, fit_file};
-use ndf_cli::commands::training::Training;
-use ndf_cli::context::{Context, Options as ContextOptions};
-use ndf_cli::input::Reading;
+use ndf::{EdgeLength, Fit, ModelExt, OpenOptions, Settings};
 use ndf_mesh::io::read_mesh;
 use ndf_model::file::SectionSizes;
 use serde::{Deserialize, Serialize};
@@ -71,10 +67,9 @@ enum Numbers {
 }
 
 impl Numbers {
-    fn training(self) -> Training {
-        match self {
-            Self::Single => Training::default().lossless(),
-            Self::Rounded => Training::default(),
+    fn set(self, settings: &mut Settings) {
+        if self == Self::Single {
+            settings.precision = None;
         }
     }
 }
@@ -174,11 +169,10 @@ fn model(
     numbers: Numbers,
     edge_length: f64,
 ) -> Result<ModelRow, String> {
-    let context = Context::new(ContextOptions { quiet: true, ..ContextOptions::default() });
-    let reading = Reading::default();
-    let job = Job::new(path, &reading, base_faces, numbers.training());
-    let model = fit_file(&job, &context).map_err(|e| e.to_string())?.0.model;
-    let (surface, _) = extracted(&model, EdgeLength::relative(edge_length))?;
+    let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| e.to_string())?;
+    let fit = Fit::new(&opened).base_faces(base_faces as usize).with(|settings| numbers.set(settings));
+    let model = fit.run().map_err(|e| e.to_string())?.model;
+    let surface = model.extract(EdgeLength::Relative(edge_length)).map_err(|e| e.to_string())?.mesh;
     let Errors { mean, max, geodesic, eigenvalues } = reference.errors(&surface)?;
     let SectionSizes { base, features, network, total: bytes, .. } = model.section_sizes();
     let mesh = name.to_owned();

@@ -1,6 +1,6 @@
 //! How far a mesh is from the one it stands for: distances, geodesics, eigenvalues.
 
-use ndf_cli::commands::geodesic::closest;
+use ndf::analysis::closest_point;
 use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
@@ -52,7 +52,8 @@ impl Reference {
         let tree = TriangleTree::new(&mesh);
         let similarity = Similarity::to_box(&mesh.bounds());
         let distances = |place: DVec3| -> Result<Distances, String> {
-            let source = closest(&mesh, &tree, similarity.to_world(place)).map_err(|e| e.to_string())?;
+            let source =
+                closest_point(&mesh, &tree, similarity.to_world(place)).ok_or("no point is closest")?;
             let found = exact_distances(&intrinsic, &[source], &ExactOptions::default(), &NoProgress);
             let found = found.map_err(|e| e.to_string())?;
             let stride = (mesh.vertex_count() / TARGETS).max(1);
@@ -88,7 +89,7 @@ impl Reference {
 
     fn geodesic_error(&self, mesh: &ManifoldMesh, intrinsic: &IntrinsicMesh) -> Result<f64, String> {
         let tree = TriangleTree::new(mesh);
-        let closest = |p: DVec3| closest(mesh, &tree, p).map_err(|e| e.to_string());
+        let closest = |p: DVec3| closest_point(mesh, &tree, p).ok_or("no point is closest");
         let is_fine = mesh.face_count() > MOST_FACES_WITH_WINDOWS;
         let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
         // Sums of errors and of distances.

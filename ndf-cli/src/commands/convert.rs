@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use ndf::{Model, ModelExt};
 use ndf_mesh::io::{atomic_write, format_to_write, write_mesh};
-use ndf_model::Model;
 use ndf_model::file::{Precision, TensorsError};
 use serde_json::json;
 
-use super::extract::to_world;
-use super::training::bits;
+use crate::arguments::bits;
 use crate::context::Context;
-use crate::input::Content;
 use crate::output::{Failure, Outcome, check_place, grouped};
 
 /// Arguments of `ndf convert`.
@@ -62,13 +60,13 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
             "{name}: --bits rounds features and weights, and a base mesh has none"
         )));
     }
-    let content = Content::read(&arguments.model)?;
-    let (input, output) = (content.name(), arguments.output.display().to_string());
+    let (input, output) = (arguments.model.display().to_string(), arguments.output.display().to_string());
     let cannot_read = |e: &dyn std::fmt::Display| Failure::new(format!("cannot read {input}: {e}"));
-    let mut model = if Model::is_model(&content.bytes) {
-        Model::from_bytes(&content.bytes).map_err(|e| cannot_read(&e))?
+    let content = std::fs::read(&arguments.model).map_err(|e| cannot_read(&e))?;
+    let mut model = if Model::is_model(&content) {
+        Model::from_bytes(&content).map_err(|e| cannot_read(&e))?
     } else {
-        Model::from_safetensors(&content.bytes).map_err(|e| match e {
+        Model::from_safetensors(&content).map_err(|e| match e {
             TensorsError::File(_) => Failure::new(format!("{input} is no model, nor exported from one")),
             e => cannot_read(&e),
         })?
@@ -81,7 +79,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         Form::Model => model.to_bytes(),
         Form::Tensors => model.to_safetensors().map_err(|e| cannot_write(&e))?,
         Form::Base => {
-            let base = to_world(model.field.base(), &model.similarity);
+            let base = model.base_in_world();
             write_mesh(&arguments.output, &base, &[]).map_err(|e| cannot_write(&e))?;
             let (vertices, faces) = (base.vertex_count(), base.face_count());
             let json = json!({"output": output, "vertices": vertices, "faces": faces});
@@ -91,7 +89,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         }
     };
     atomic_write(&arguments.output, |out| out.write_all(&bytes)).map_err(|e| cannot_write(&e))?;
-    let json = json!({"output": output, "bytes": bytes.len(), "bytes_before": content.bytes.len()});
-    let text = format!("{output}: {} bytes, from {}\n", grouped(bytes.len()), grouped(content.bytes.len()));
+    let json = json!({"output": output, "bytes": bytes.len(), "bytes_before": content.len()});
+    let text = format!("{output}: {} bytes, from {}\n", grouped(bytes.len()), grouped(content.len()));
     Ok(Outcome::new(json, text))
 }

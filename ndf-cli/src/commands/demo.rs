@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::NoProgress;
+use ndf::analysis::mode_scalars;
+use ndf::{EdgeLength, Fit, Fitted, ModelExt, NoProgress, Opened};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
@@ -14,13 +15,11 @@ use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_spectral::{ModeOptions, modes};
 use serde_json::json;
 
-use super::extract::{EdgeLength, extracted};
-use super::fit::{Fitted, Job, fit_file};
+use super::fit::learned;
 use super::sample::Shape;
-use super::spectrum;
-use super::training::Training;
+use crate::arguments::{Reading, Training};
 use crate::context::Context;
-use crate::input::Reading;
+use crate::files::open;
 use crate::interrupt;
 use crate::output::{Failure, Outcome, grouped, table};
 use crate::render::{ColourMap, Style};
@@ -28,9 +27,6 @@ use crate::report::{Figure, Report, Shot};
 
 /// Longest edge of the mesh shown, in the box [-1.5, 1.5]³.
 const EDGE_LENGTH: f64 = 0.02;
-
-/// Faces of the base mesh.
-const BASE_FACES: u32 = 4000;
 
 /// Cells along the longest side of the isosurface that stands for an input that is no mesh.
 const REFERENCE_GRID: u32 = 192;
@@ -68,8 +64,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let job = Job::new(&input, &arguments.reading, BASE_FACES, arguments.training);
-    let (fitted, _) = fit_file(&job, context)?;
+    let opened = open(&input, &arguments.reading, context)?;
+    let settings = arguments.training.settings(opened.kind, context.seed());
+    let fitted = learned(Fit::new(&opened).settings(settings), &input, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));
     }
@@ -77,9 +74,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     write(&folder.join("model.ndf"), &bytes)?;
 
     let before = Instant::now();
-    let (surface, _) = extracted(&fitted.model, EdgeLength::relative(EDGE_LENGTH)).map_err(Failure::new)?;
+    let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH))?.mesh;
     let seconds_extracting = before.elapsed().as_secs_f64();
-    let stage = Stage::compared(&fitted, &surface, context)?;
+    let stage = Stage::compared(&opened, &fitted, &surface, context)?;
     write_mesh(folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
 
     write_mesh(folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
@@ -128,7 +125,7 @@ fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
 fn eigenmodes(surface: &ManifoldMesh, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
     let mesh = IntrinsicMesh::of_mesh(surface);
     let options = ModeOptions { count: DEMO_MODES.min(surface.vertex_count() / 4), ..ModeOptions::default() };
-    Ok(spectrum::scalars(&modes(&mesh, &options, &context.progress())?))
+    Ok(mode_scalars(&modes(&mesh, &options, &context.progress())?))
 }
 
 /// How far base mesh and learned surface are from the input.
@@ -141,8 +138,13 @@ struct Stage {
 }
 
 impl Stage {
-    fn compared(fitted: &Fitted, surface: &ManifoldMesh, context: &Context) -> Result<Self, Failure> {
-        let reference = fitted.input.reference(REFERENCE_GRID, &context.progress())?;
+    fn compared(
+        opened: &Opened,
+        fitted: &Fitted,
+        surface: &ManifoldMesh,
+        context: &Context,
+    ) -> Result<Self, Failure> {
+        let reference = opened.reference(REFERENCE_GRID, &context.progress())?;
         let options = MeasureOptions { seed: context.seed(), ..MeasureOptions::default() };
         let tree = TriangleTree::new(&reference);
         let error = |mesh: &ManifoldMesh| VertexScalars {

@@ -6,30 +6,19 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::{DVec3, Surface};
-use ndf_mesh::ManifoldMesh;
+use ndf::band::BandFigures;
+use ndf::base::NoBaseMesh;
+use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh};
 use ndf_mesh::io::atomic_write;
-use ndf_meshing::BaseMeshOptions;
-use ndf_model::Model;
-use ndf_model::file::StoredBase;
-use ndf_train::{
-    Checkpoint, CheckpointError, Fit, FitReport, LogRecord, Trainer, provenance, stored_base, train,
-};
-use serde_json::{Value, json};
+use ndf_meshing::BaseMeshError;
+use ndf_train::{CheckpointError, LogRecord};
+use serde_json::json;
 
-use super::extract::to_world;
-use super::read_faces;
-use super::training::Training;
+use crate::arguments::{Reading, Training};
 use crate::context::Context;
-use crate::input::{self, BandFigures, Base, Input, Reading};
+use crate::files::{open, read_faces};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
-
-/// Epochs at the end that project onto the true surface where training has a cached copy of it.
-const TRUE_EPOCHS: usize = 100;
-
-/// The share of the learned surface from which being turned against the input is worth a warning.
-const NOTABLY_FLIPPED: f64 = 0.01;
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -71,18 +60,68 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
-    let job = Job {
-        input: &arguments.input,
-        reading: &arguments.reading,
-        base: arguments.base.as_deref(),
-        base_faces: arguments.base_faces,
-        training: arguments.training,
-        anchors: arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default(),
-        resume: arguments.resume.as_deref(),
-        log: arguments.log.as_deref(),
+    let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
+    let checkpoint = arguments.resume.as_deref().map(read_checkpoint).transpose()?;
+    let started = Instant::now();
+    let opened = open(&arguments.input, &arguments.reading, context)?;
+    let seconds_reading = started.elapsed().as_secs_f64();
+    let base = match &checkpoint {
+        None => arguments.base.as_deref().map(|path| read_base(path, context)).transpose()?,
+        Some(_) => None,
     };
-    let (fitted, checkpoint) = fit_file(&job, context)?;
-    let write_checkpoint = |path: &Path| {
+    let mut log = arguments.log.as_deref().map(Log::create).transpose()?;
+    let settings = arguments.training.settings(opened.kind, context.seed());
+    let mut fit =
+        Fit::new(&opened).settings(settings).base_faces(arguments.base_faces as usize).anchors(anchors);
+    if let Some(mesh) = &base {
+        fit = fit.base(mesh);
+    }
+    if let Some(checkpoint) = checkpoint {
+        fit = fit.resume(checkpoint.with_time_limit(arguments.training.time_limit()));
+    }
+    if let Some(log) = &mut log {
+        fit = fit.log(|record| log.write(record));
+    }
+    let fitted = learned(fit, &arguments.input, context)?;
+    if let Some(log) = log {
+        log.finish()?;
+    }
+    save_checkpoint(arguments, &fitted)?;
+    let bytes = fitted.model.to_bytes();
+    let path = arguments.output.display().to_string();
+    atomic_write(&arguments.output, |out| out.write_all(&bytes))
+        .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
+    outcome(&path, &fitted, seconds_reading)
+}
+
+/// Learns what was read from a file, with progress and warnings. An interrupted run gives what it has learned.
+///
+/// # Errors
+/// If training fails, or is interrupted before it has begun.
+pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, Failure> {
+    let name = path.display();
+    let progress = context.progress().cancelled_by(interrupt::flag());
+    fit.progress(&progress).on_note(|note| context.warn_of(&name, note)).run().map_err(|error| {
+        let failure = Failure::new(format!("{name}: {error}"));
+        match error {
+            FitError::NoBaseMesh(NoBaseMesh::NoVolume { .. }) => {
+                failure.try_instead("repair the mesh, or bring a base mesh of your own: `ndf fit --base`")
+            }
+            FitError::NoBaseMesh(NoBaseMesh::Making(
+                BaseMeshError::NoField | BaseMeshError::Isosurface(_),
+            )) => failure.try_instead("bring a base mesh of your own: `ndf fit --base`"),
+            FitError::Cancelled => {
+                failure.try_instead("nothing was learned, so there is no checkpoint to go on from")
+            }
+            _ => failure,
+        }
+    })
+}
+
+/// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given.
+fn save_checkpoint(arguments: &Arguments, fitted: &Fitted) -> Result<(), Failure> {
+    let checkpoint = &fitted.checkpoint;
+    let write = |path: &Path| {
         checkpoint.write(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
     };
     if interrupt::is_requested() {
@@ -92,196 +131,16 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             PathBuf::from(name)
         };
         let path = arguments.checkpoint.clone().unwrap_or_else(default);
-        write_checkpoint(&path)?;
+        write(&path)?;
         let (done, all) =
             (checkpoint.epoch(), checkpoint.settings().epochs + checkpoint.settings().identity_epochs);
         return Err(Failure::new(format!("interrupted after {done} of {all} epochs"))
             .try_instead(&format!("--resume {} goes on from there", path.display())));
     }
-    if let (true, Some(path)) = (fitted.report.interrupted, &arguments.checkpoint) {
-        write_checkpoint(path)?;
+    match &arguments.checkpoint {
+        Some(path) if fitted.report.interrupted => write(path),
+        _ => Ok(()),
     }
-    let bytes = fitted.model.to_bytes();
-    let path = arguments.output.display().to_string();
-    atomic_write(&arguments.output, |out| out.write_all(&bytes))
-        .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
-    Ok(outcome(&path, &fitted, bytes.len()))
-}
-
-/// What to learn, and how.
-pub struct Job<'a> {
-    /// The file with the surface.
-    pub input: &'a Path,
-    /// How the file is to be understood.
-    pub reading: &'a Reading,
-    /// A base mesh, if one is brought.
-    pub base: Option<&'a Path>,
-    /// Faces of the base mesh, if one is made.
-    pub base_faces: u32,
-    /// How to train.
-    pub training: Training,
-    /// Points of the base mesh and where their images should be.
-    pub anchors: Vec<(DVec3, DVec3)>,
-    /// A checkpoint to go on from; then base mesh and settings are those of the checkpoint.
-    pub resume: Option<&'a Path>,
-    /// Where a line for every batch goes.
-    pub log: Option<&'a Path>,
-}
-
-impl<'a> Job<'a> {
-    /// The job of learning `input` with these settings.
-    pub fn new(input: &'a Path, reading: &'a Reading, base_faces: u32, training: Training) -> Self {
-        Self {
-            input,
-            reading,
-            base: None,
-            base_faces,
-            training,
-            anchors: Vec::new(),
-            resume: None,
-            log: None,
-        }
-    }
-}
-
-/// A learned model with the figures of its making.
-pub struct Fitted {
-    /// The model.
-    pub model: Model,
-    /// The base mesh in the input's units.
-    pub base: ManifoldMesh,
-    /// How that came about.
-    pub base_report: Value,
-    /// The same in words.
-    pub base_remark: Option<String>,
-    /// Seconds in which the input was read and prepared.
-    pub seconds_reading: f64,
-    /// What was learned from.
-    pub input: Input,
-    /// How far the cached copy of the input's field was right, where there was one.
-    pub band: Option<BandFigures>,
-    /// Figures of the training.
-    pub report: FitReport,
-}
-
-/// Learns the surface in a file. A run that is interrupted gives what it has learned; the checkpoint lets it go on.
-///
-/// # Errors
-/// If the input is no usable surface, or training fails.
-pub fn fit_file(job: &Job<'_>, context: &Context) -> Result<(Fitted, Checkpoint), Failure> {
-    let name = job.input.display();
-    let progress = context.progress().cancelled_by(interrupt::flag());
-    // Before training begins there is nothing to keep.
-    let unless_interrupted = |failure: Failure| {
-        if interrupt::is_requested() {
-            Failure::new(format!("{name}: interrupted before training began"))
-                .try_instead("nothing was learned, so there is no checkpoint to go on from")
-        } else {
-            failure
-        }
-    };
-    let checkpoint = job.resume.map(read_checkpoint).transpose()?;
-    let started = Instant::now();
-    let source = input::open(job.input, job.reading, context)?;
-    let seconds_reading = started.elapsed().as_secs_f64();
-    let (mut base_report, mut base_remark) = (Value::Null, None);
-    let say = |e: &dyn std::fmt::Display| Failure::new(format!("{name}: {e}"));
-    let settings = job.training.settings(source.kind, context.seed());
-    let ready = |base: &ManifoldMesh| {
-        stored_base(&*source.surface, base, &settings)
-            .map(|base| Start::Fresh(Box::new(base)))
-            .map_err(|e| say(&e))
-    };
-    let start = match (checkpoint, job.base) {
-        (Some(checkpoint), _) => {
-            Start::Resumed(Box::new(checkpoint.with_time_limit(job.training.time_limit())))
-        }
-        (None, Some(path)) => ready(&read_base(path, context)?)?,
-        (None, None) => {
-            let options = BaseMeshOptions { faces: job.base_faces as usize, ..BaseMeshOptions::default() };
-            let made = source.base_mesh(&name.to_string(), &options, context, &progress);
-            let Base { mesh, report, remark } = made.map_err(unless_interrupted)?;
-            (base_report, base_remark) = (report, remark);
-            ready(&mesh)?
-        }
-    };
-    let band = source.band(&name.to_string(), &start.base(), &progress).map_err(unless_interrupted)?;
-    let surface: &dyn Surface = band.as_ref().map_or(&*source.surface, |band| &band.surface);
-    let mut trainer = match start {
-        Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint),
-        Start::Fresh(base) => Trainer::on(surface, *base, &settings),
-    }
-    .map_err(|e| say(&e))?;
-    if band.is_some() {
-        trainer = trainer.finished_on(&*source.surface, TRUE_EPOCHS);
-    }
-    if !job.anchors.is_empty() {
-        trainer = trainer.with_anchors(&job.anchors);
-    }
-    let mut log = job.log.map(Log::create).transpose()?;
-    let mut write_line = |record: &LogRecord<'_>| {
-        if let Some(log) = &mut log {
-            log.write(record);
-        }
-    };
-    let lines = job.log.is_some().then_some(&mut write_line as ndf_train::Log<'_>);
-    let (Fit { field, similarity, report }, checkpoint) =
-        train(&mut trainer, lines, &progress).map_err(|e| say(&e))?;
-    drop((trainer, progress));
-    let band = band.map(|band| band.figures);
-    if let Some(log) = log {
-        log.finish()?;
-    }
-    let settings = checkpoint.settings();
-    if report.interrupted && !interrupt::is_requested() {
-        let (done, all) = (report.epochs, settings.epochs + settings.identity_epochs);
-        context.warn(&format!("the time was up after {done} of {all} epochs"));
-    }
-    if report.retreats > 0 {
-        let times = report.retreats;
-        context.warn(&format!(
-            "training diverged {times} times and went on at a smaller rate; try a smaller --lr"
-        ));
-    }
-    if report.flipped_fraction > NOTABLY_FLIPPED {
-        let share = 100.0 * report.flipped_fraction;
-        context.warn(&format!("{share:.1} % of the learned surface is turned against the input"));
-    }
-    if report.missed_fraction > 0.0 {
-        let share = 100.0 * report.missed_fraction;
-        context.warn(&format!("{share:.1} % of the learned surface finds no foot on the input"));
-    }
-    let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
-    let input = job.input.file_name().map(|name| name.to_string_lossy());
-    let provenance = provenance(program, input.as_deref(), settings, &report);
-    let model = Model { field, similarity, scalars: Vec::new(), provenance };
-    let base = base_in_world(&model);
-    let fitted =
-        Fitted { model, base, base_report, base_remark, input: source, band, seconds_reading, report };
-    Ok((fitted, checkpoint))
-}
-
-/// What training starts from.
-enum Start {
-    /// A base mesh.
-    Fresh(Box<StoredBase>),
-    /// A run that was not finished.
-    Resumed(Box<Checkpoint>),
-}
-
-impl Start {
-    /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
-    fn base(&self) -> ManifoldMesh {
-        match self {
-            Self::Fresh(base) => to_world(&base.mesh, &base.similarity),
-            Self::Resumed(checkpoint) => base_in_world(checkpoint.model()),
-        }
-    }
-}
-
-/// The base mesh of a model in the units of its input.
-fn base_in_world(model: &Model) -> ManifoldMesh {
-    to_world(model.field.base(), &model.similarity)
 }
 
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
@@ -359,45 +218,25 @@ fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
     })
 }
 
-fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
+fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome, Failure> {
     let report = &fitted.report;
-    let json = json!({
-        "output": path,
-        "kind": fitted.input.kind.name(),
-        "base": fitted.base_report,
-        "level": fitted.input.level.map(|level| level.value),
-        "level_rule": fitted.input.level.map(|level| level.rule),
-        "cache": fitted.band.as_ref().map(|band| band.json(&fitted.model.similarity)),
-        "seconds_reading": fitted.seconds_reading,
-        "seconds": report.seconds,
-        "seconds_projecting": report.seconds_projecting,
-        "epochs": report.epochs,
-        "interrupted": report.interrupted,
-        "projection_rms": report.projection_rms,
-        "projection_max": report.projection_max,
-        "cycle_loss": report.cycle_loss,
-        "flipped_fraction": report.flipped_fraction,
-        "missed_fraction": report.missed_fraction,
-        "base_vertices": fitted.base.vertex_count(),
-        "base_faces": fitted.base.face_count(),
-        "model_bytes": bytes,
-    });
+    let figures = fitted.figures();
+    let mut json = serde_json::to_value(&figures)?;
+    json["output"] = path.into();
+    json["seconds_reading"] = seconds_reading.into();
     let world = |x: f64| readable(fitted.model.similarity.length_to_world(x));
-    let counts = format!(
-        "{} faces, {} vertices",
-        grouped(fitted.base.face_count()),
-        grouped(fitted.base.vertex_count())
-    );
-    let base = match &fitted.base_remark {
+    let counts =
+        format!("{} faces, {} vertices", grouped(figures.base_faces), grouped(figures.base_vertices));
+    let base = match base_remark(fitted) {
         Some(remark) => format!("{counts}; {remark}"),
         None => counts,
     };
-    let mut rows = vec![("input", fitted.input.kind.to_string())];
-    if let Some(level) = fitted.input.level {
+    let mut rows = vec![("input", fitted.kind.to_string())];
+    if let Some(level) = fitted.level {
         rows.push(("level", format!("{}, {}", readable(level.value), level.rule)));
     }
     rows.push(("base mesh", base));
-    rows.extend(fitted.band.as_ref().map(|band| ("cached field", band.sentence())));
+    rows.extend(fitted.band.as_ref().map(|band| ("cached field", cache_row(band))));
     rows.extend([
         (
             "distance to the input",
@@ -414,5 +253,28 @@ fn outcome(path: &str, fitted: &Fitted, bytes: usize) -> Outcome {
             ),
         ),
     ]);
-    Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(bytes), table(&rows)))
+    Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))
+}
+
+/// How a base mesh that was made from an isosurface came about.
+fn base_remark(fitted: &Fitted) -> Option<String> {
+    let report = fitted.base_report.as_ref().filter(|report| report.grid.is_some())?;
+    let rim = match report.boundary_edges {
+        0 => "closed: the field spans holes of the input".to_owned(),
+        edges => format!("open, with {edges} boundary edges"),
+    };
+    let euler = report.euler_characteristic;
+    Some(format!("largest component of the isosurface, Euler characteristic {euler}, {rim}"))
+}
+
+fn cache_row(BandFigures { report, agreement, diagonal }: &BandFigures) -> String {
+    let relative = |length: f64| format!("{:.1e}", length / diagonal);
+    format!(
+        "{} cubes in {:.1} s; feet off by {} of the diagonal in the median, {} rms, {} at most",
+        grouped(report.cubes),
+        report.seconds,
+        relative(agreement.median),
+        relative(agreement.rms),
+        relative(agreement.max)
+    )
 }

@@ -4,20 +4,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use ndf_core::{DVec3, Hint};
-use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, Path, exact_distances};
-use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleTree};
+use ndf::{DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, ManifoldMesh, Place};
+use ndf_geodesic::Path;
+use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::{FacePoint, SurfacePoint};
 use serde_json::{Value, json};
 
+use crate::arguments::TriangulationArguments;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
-use crate::progress::ShownProgress;
-use crate::triangulation::TriangulationArguments;
-
-/// Points this near to a vertex or edge, in barycentric coordinates, are taken to be on it.
-const SNAP: f64 = 1e-9;
 
 /// Arguments of `ndf geodesic`.
 #[derive(Args, Debug)]
@@ -67,31 +62,34 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.triangulation.input.display();
-    let mesh = arguments.triangulation.read(context)?;
+    let found = arguments.triangulation.read(context)?;
+    let mesh = found.manifold().map_err(|defects| {
+        let failure = Failure::new(format!("{name}: {defects}"));
+        failure.try_instead("`ndf info` lists what is wrong with it")
+    })?;
     let started = Instant::now();
-    let tree = TriangleTree::new(&mesh);
     let vertices = mesh.vertex_count();
-    let mut sources = Vec::new();
-    for &vertex in &arguments.sources.source_vertex {
-        if vertex as usize >= vertices {
-            let failure = Failure::new(format!("{name} has no vertex {vertex}"));
-            return Err(failure.try_instead(&format!("its vertices are 0 to {}", vertices - 1)));
-        }
-        sources.push(SurfacePoint::Vertex(vertex));
-    }
-    for &position in &arguments.sources.source {
-        sources.push(closest(&mesh, &tree, position)?);
-    }
-    let target = arguments.path_to.map(|position| closest(&mesh, &tree, position)).transpose()?;
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let Sources { source, source_vertex } = &arguments.sources;
+    let mut sources: Vec<Place> = source_vertex.iter().copied().map(Place::Vertex).collect();
+    sources.extend(source.iter().copied().map(Place::Near));
+    let method = match arguments.method {
+        Method::Exact => DistanceMethod::Exact,
+        Method::Heat => DistanceMethod::Heat,
+    };
+    let options = DistanceOptions { method, path_to: arguments.path_to.map(Place::Near) };
     let progress = context.progress();
-    let (distances, path) = measured(&intrinsic, &sources, arguments.method, target, &progress)
-        .map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let distances = found.distances(&sources, &options, &progress).map_err(|error| match error {
+        DistanceError::NoVertex { vertex, vertices } => {
+            let failure = Failure::new(format!("{name} has no vertex {vertex}"));
+            failure.try_instead(&format!("its vertices are 0 to {}", vertices - 1))
+        }
+        DistanceError::NoPoint(_) => error.into(),
+        error => Failure::new(format!("{name}: {error}")),
+    })?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
-    let scalars =
-        VertexScalars { name: "distance".to_owned(), values: distances.iter().map(|&d| d as f32).collect() };
-    write_mesh(&arguments.output, &mesh, &[scalars])?;
+    write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
+    let Distances { values: distances, path, .. } = distances;
     let unreached = distances.iter().filter(|d| d.is_infinite()).count();
     let max = distances.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let mut json = json!({
@@ -108,7 +106,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     ];
     if let Some(path) = path {
         rows.push(("path", format!("{} in {} pieces", readable(path.length), path.points.len() - 1)));
-        json["path"] = described(&path, &mesh);
+        json["path"] = described(&path, mesh);
     }
     let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: distances from {}\n{}", counted(sources.len()), table(&rows))))
@@ -116,49 +114,6 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
 fn counted(sources: usize) -> String {
     if sources == 1 { "1 source".to_owned() } else { format!("{} sources", grouped(sources)) }
-}
-
-/// Distances at all vertices, and the path to the target.
-fn measured(
-    mesh: &IntrinsicMesh,
-    sources: &[SurfacePoint],
-    method: Method,
-    target: Option<SurfacePoint>,
-    progress: &ShownProgress,
-) -> Result<(Vec<f64>, Option<Path>), GeodesicError> {
-    let options = ExactOptions::default();
-    let distances = match method {
-        Method::Exact if target.is_none() => {
-            exact_distances(mesh, sources, &options, progress)?.distances().to_vec()
-        }
-        Method::Exact => {
-            let geodesics =
-                exact_distances(mesh, sources, &ExactOptions { keep_windows: true, ..options }, progress)?;
-            let path = target.map(|t| geodesics.path_to(t)).transpose()?;
-            return Ok((geodesics.distances().to_vec(), path));
-        }
-        Method::Heat => HeatSolver::new(mesh)?.distances(sources)?,
-    };
-    let path = match target {
-        // The heat method has no paths of its own; the exact one need go no farther than the target.
-        Some(target) => {
-            let options = ExactOptions { keep_windows: true, targets: vec![target], ..options };
-            Some(exact_distances(mesh, sources, &options, progress)?.path_to(target)?)
-        }
-        None => None,
-    };
-    Ok((distances, path))
-}
-
-/// The surface's point closest to a position, on a vertex or an edge if it is next to it.
-///
-/// # Errors
-/// If the surface has no faces, or the position is not finite.
-pub fn closest(mesh: &ManifoldMesh, tree: &TriangleTree, position: DVec3) -> Result<SurfacePoint, Failure> {
-    let foot = tree
-        .closest_point(position, Hint::NONE)
-        .ok_or_else(|| Failure::new(format!("the surface has no point closest to {position}")))?;
-    Ok(SurfacePoint::snapped(mesh, foot.at, SNAP))
 }
 
 /// A path as positions and as faces with barycentric coordinates, from the source on.

@@ -5,10 +5,9 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
-use serde_json::{Value, json};
 
-use super::read_faces;
 use crate::context::Context;
+use crate::files::read_faces;
 use crate::output::{Failure, Outcome, readable, table};
 
 /// Arguments of `ndf measure`.
@@ -40,16 +39,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Failure::new(format!("cannot measure {}: {error}", path.display()))
             .try_instead("ndf info lists what is wrong with it")
     })?;
-    let json = json!({
-        "reference_to_mesh": object(found.reference_to_mesh),
-        "mesh_to_reference": object(found.mesh_to_reference),
-        "normal_deg_mean": found.normal_deg_mean,
-        "flipped_fraction": found.flipped_fraction,
-        "hausdorff": found.hausdorff,
-        "diagonal": found.diagonal,
-        "samples": arguments.samples,
-        "seconds": started.elapsed().as_secs_f64(),
-    });
+    let mut json = serde_json::to_value(found)?;
+    json["samples"] = arguments.samples.into();
+    json["seconds"] = started.elapsed().as_secs_f64().into();
     let share = |length: f64| {
         format!("{} ({:.4} % of the diagonal)", readable(length), 100.0 * length / found.diagonal)
     };
@@ -63,8 +55,4 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("flipped", format!("{:.4} %", 100.0 * found.flipped_fraction)),
     ]);
     Ok(Outcome::new(json, text))
-}
-
-fn object(d: Distances) -> Value {
-    json!({"mean": d.mean, "rms": d.rms, "max": d.max})
 }

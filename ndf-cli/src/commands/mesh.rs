@@ -9,9 +9,9 @@ use ndf_mesh::io::{format_to_write, write_mesh};
 use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
 use serde_json::json;
 
-use super::extract::length;
+use crate::arguments::{Reading, length};
 use crate::context::Context;
-use crate::input::{self, Reading};
+use crate::files::open;
 use crate::output::{Failure, Outcome, check_place, grouped};
 
 /// Arguments of `ndf mesh`.
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.input.display();
-    let input = input::open(&arguments.input, &arguments.reading, context)?;
+    let input = open(&arguments.input, &arguments.reading, context)?;
     let started = Instant::now();
     let field = input.field_surface().and_then(ndf_core::Surface::as_field).ok_or_else(|| {
         let failure = Failure::new(format!("{name} encloses no volume, so that it has no isosurface"));

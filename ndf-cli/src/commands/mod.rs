@@ -12,15 +12,10 @@ pub mod render;
 pub mod sample;
 pub mod scalars;
 pub mod spectrum;
-pub mod training;
-
-use std::path::Path;
 
 use clap::Subcommand;
-use ndf_mesh::io::{MeshFile, ReadError, read_mesh};
 
 use crate::context::Context;
-use crate::input::begins_as_model;
 use crate::output::{Failure, Outcome};
 
 /// What the program can be asked to do.
@@ -74,34 +69,4 @@ impl Command {
             Self::Sample(arguments) => sample::run(arguments, context),
         }
     }
-}
-
-/// Reads a mesh file and passes its notes on as warnings.
-///
-/// # Errors
-/// If it cannot be read.
-pub fn read_mesh_file(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
-    let file = read_mesh(path).map_err(|error| match error {
-        ReadError::Unrecognised { .. } if begins_as_model(path) => {
-            Failure::new(format!("{} is a model, not a mesh", path.display()))
-                .try_instead("`ndf extract` makes a mesh of it, and `ndf convert` one of its base mesh")
-        }
-        _ => Failure::from(error),
-    })?;
-    file.notes.iter().for_each(|note| context.warn(&format!("{}: {note}", path.display())));
-    Ok(file)
-}
-
-/// Reads a mesh file that must have faces.
-///
-/// # Errors
-/// If it cannot be read or has no faces.
-pub fn read_faces(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
-    let file = read_mesh_file(path, context)?;
-    if file.mesh.face_count() > 0 {
-        return Ok(file);
-    }
-    let what = if file.mesh.vertex_count() > 0 { "is a point set without faces" } else { "is an empty mesh" };
-    let failure = Failure::new(format!("{} {what}", path.display()));
-    Err(failure.try_instead("a mesh with at least one face is needed here"))
 }

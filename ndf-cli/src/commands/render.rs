@@ -7,8 +7,8 @@ use clap::Args;
 use ndf_mesh::io::{MeshFile, atomic_write};
 use serde_json::json;
 
-use super::read_faces;
 use crate::context::Context;
+use crate::files::read_faces;
 use crate::output::{Failure, Outcome, readable};
 use crate::render::{
     Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, with_legend,

@@ -4,16 +4,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
+use ndf::scalars::{ScalarFigures, ScalarsError};
+use ndf::{Model, ModelExt, Preset, begins_as_model, store_scalars, stored_scalars};
 use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
-use ndf_model::{Model, SurfaceScalars};
-use ndf_train::scalars::{ScalarFit, ScalarReport, ScalarSettings, fit};
+use ndf_train::scalars::ScalarSettings;
 use serde_json::{Value, json};
 
-use super::extract::{EdgeLength, extraction, to_world};
-use super::read_faces;
-use super::training::{Preset, bits};
+use crate::arguments::{EdgeLength, PresetName, bits};
 use crate::context::Context;
-use crate::input::{begins_as_model, read_model};
+use crate::files::{read_faces, read_model};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
@@ -44,7 +43,7 @@ pub struct FitArguments {
     scalar: Vec<String>,
     /// Settings to start from.
     #[arg(long, value_enum, default_value_t)]
-    preset: Preset,
+    preset: PresetName,
     /// Features of every base vertex [default: 4].
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
     features: Option<u32>,
@@ -85,11 +84,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
 impl FitArguments {
     fn settings(&self, seed: u64) -> ScalarSettings {
-        let preset = match self.preset {
-            Preset::Default => ScalarSettings::default(),
-            Preset::Paper => ScalarSettings::paper(),
-        };
-        let mut settings = ScalarSettings { seed, ..preset };
+        let mut settings = ScalarSettings { seed, ..Preset::from(self.preset).scalar_settings() };
         if let Some(features) = self.features {
             settings.shape.network.features = features as usize;
         }
@@ -133,122 +128,69 @@ fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failu
     let scalars = arguments.wanted(file)?;
     let settings = arguments.settings(context.seed());
     let progress = context.progress().cancelled_by(interrupt::flag());
-    let learned = fit(&model, &mesh, &scalars, &settings, &progress);
+    let stored = store_scalars(&mut model, &mesh, &scalars, &settings, &progress);
     drop(progress);
-    let ScalarFit { fields, report } = learned.map_err(|e| {
+    let figures = stored.map_err(|error| {
         let (values, model) = (arguments.values.display(), arguments.model.display());
-        Failure::new(format!("cannot learn the scalars of {values} on {model}: {e}"))
+        match error {
+            ScalarsError::Learning(error) => {
+                Failure::new(format!("cannot learn the scalars of {values} on {model}: {error}"))
+            }
+            ScalarsError::Cancelled { .. } => Failure::new(format!("{error}; nothing is written")),
+            error => Failure::new(format!("{model}: {error}")),
+        }
     })?;
-    if report.interrupted {
-        let (done, all) = (report.epochs, settings.epochs);
-        return Err(Failure::new(format!("interrupted after {done} of {all} epochs; nothing is written")));
-    }
-    let json = figures(&fields, &report);
-    add_to_provenance(&mut model, &settings, &json);
-    let text = summary(&fields, &report, &model);
-    store(&mut model, fields).map_err(|e| Failure::new(format!("{}: {e}", arguments.model.display())))?;
+    let text = summary(&figures, &model);
     let bytes = model.to_bytes();
     let path = arguments.output.display().to_string();
     atomic_write(&arguments.output, |out| out.write_all(&bytes))
         .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
+    let json = serde_json::to_value(&figures)?;
     let mut outcome = Outcome::new(json, format!("{path}: {} bytes\n{text}", grouped(bytes.len())));
     outcome.json.insert("output".into(), path.into());
     outcome.json.insert("model_bytes".into(), bytes.len().into());
     Ok(outcome)
 }
 
-/// Puts fields into a model, in the place of earlier ones of the same names.
-fn store(model: &mut Model, fields: SurfaceScalars) -> Result<(), String> {
-    let is_new = |name: &str| fields.channels().iter().any(|c| c.name == name);
-    for earlier in &model.scalars {
-        let names = || earlier.channels().iter().map(|c| c.name.as_str());
-        let replaced = names().find(|n| is_new(n));
-        if let (Some(replaced), Some(lost)) = (replaced, names().find(|n| !is_new(n))) {
-            return Err(format!(
-                "it has a scalar {replaced} already, learned together with {lost}; learn both again or neither"
-            ));
-        }
-    }
-    model.scalars.retain(|earlier| !earlier.channels().iter().any(|c| is_new(&c.name)));
-    model.scalars.push(fields);
-    Ok(())
-}
-
-/// Notes in the model how its scalars were learned: briefly, since the file is small.
-fn add_to_provenance(model: &mut Model, settings: &ScalarSettings, figures: &Value) {
-    let mut provenance: Value = serde_json::from_str(&model.provenance).unwrap_or_else(|_| json!({}));
-    let Some(object) = provenance.as_object_mut() else { return };
-    let names: Vec<&Value> =
-        figures["scalars"].as_array().into_iter().flatten().map(|s| &s["name"]).collect();
-    let metrics = json!({"rms_error": figures["rms_error"], "max_error": figures["max_error"]});
-    let record = json!({"settings": settings, "scalars": names, "metrics": metrics});
-    match object.entry("scalars").or_insert_with(|| json!([])) {
-        Value::Array(records) => records.push(record),
-        other => *other = json!([record]),
-    }
-    model.provenance = provenance.to_string();
-}
-
-fn figures(fields: &SurfaceScalars, report: &ScalarReport) -> Value {
-    let overall = report.overall();
-    let channels = fields.channels().iter().zip(&report.channels);
-    let scalars: Vec<Value> = channels
-        .map(|(channel, error)| {
-            json!({
-                "name": channel.name, "min": channel.range[0], "max": channel.range[1],
-                "rms_error": error.rms, "max_error": error.max,
-            })
-        })
-        .collect();
-    json!({
-        "seconds": report.seconds,
-        "seconds_sampling": report.seconds_sampling,
-        "epochs": report.epochs,
-        "rms_error": overall.rms,
-        "max_error": overall.max,
-        "scalars": scalars,
-        "features": fields.network().shape().features,
-        "network_parameters": fields.network().mlp().parameters().len(),
-        "distance_rms": report.distance_rms,
-        "distance_max": report.distance_max,
-        "bytes": fields.stored_bytes(),
-    })
-}
-
-fn summary(fields: &SurfaceScalars, report: &ScalarReport, model: &Model) -> String {
+fn summary(figures: &ScalarFigures, model: &Model) -> String {
     /// Scalars that are listed one by one.
     const LISTED: usize = 20;
     let percent = |share: f64| format!("{:.3} %", 100.0 * share);
-    let overall = report.overall();
+    let errors = |rms: f64, max: f64| format!("{} rms, {} at most", percent(rms), percent(max));
     let mut rows = vec![
-        ("scalars", fields.channels().len().to_string()),
-        ("error", format!("{} of the range rms, {} at most", percent(overall.rms), percent(overall.max))),
+        ("scalars", figures.scalars.len().to_string()),
+        (
+            "error",
+            format!(
+                "{} of the range rms, {} at most",
+                percent(figures.rms_error),
+                percent(figures.max_error)
+            ),
+        ),
         (
             "stored as",
             format!(
                 "{} bytes: {} features a base vertex, {} parameters",
-                grouped(fields.stored_bytes()),
-                fields.network().shape().features,
-                grouped(fields.network().mlp().parameters().len())
+                grouped(figures.bytes),
+                figures.features,
+                grouped(figures.network_parameters)
             ),
         ),
         (
             "their mesh",
             format!(
                 "{} rms from the surface, {} at most; the box has side {}",
-                readable(report.distance_rms),
-                readable(report.distance_max),
+                readable(figures.distance_rms),
+                readable(figures.distance_max),
                 readable(model.similarity.length_to_world(3.0))
             ),
         ),
-        ("training", format!("{} epochs in {:.1} s", grouped(report.epochs), report.seconds)),
+        ("training", format!("{} epochs in {:.1} s", grouped(figures.epochs), figures.seconds)),
     ];
-    for (channel, error) in fields.channels().iter().zip(&report.channels).take(LISTED) {
-        let [least, most] = channel.range.map(|x| readable(f64::from(x)));
-        rows.push((
-            &channel.name,
-            format!("{least} to {most}, error {} rms, {} at most", percent(error.rms), percent(error.max)),
-        ));
+    for scalar in figures.scalars.iter().take(LISTED) {
+        let [min, max] = [scalar.min, scalar.max].map(|x| readable(f64::from(x)));
+        let error = errors(scalar.rms_error, scalar.max_error);
+        rows.push((&scalar.name, format!("{min} to {max}, error {error}")));
     }
     table(&rows)
 }
@@ -264,11 +206,9 @@ fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Fa
     }
     let started = Instant::now();
     let found =
-        extraction(&model, arguments.edge_length).map_err(|e| Failure::new(format!("{name}: {e}")))?;
-    let mesh = to_world(&found.mesh, &model.similarity);
-    let base = model.field.base();
-    let columns: Vec<VertexScalars> =
-        model.scalars.iter().flat_map(|fields| fields.columns(base, &found.origins)).collect();
+        model.extract(arguments.edge_length.get()).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let columns = stored_scalars(&model, &found);
+    let mesh = found.mesh;
     let seconds = started.elapsed().as_secs_f64();
     write_mesh(&arguments.output, &mesh, &columns)?;
     let ranges: Vec<Value> = columns

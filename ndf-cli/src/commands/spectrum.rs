@@ -4,16 +4,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::TriangleMesh;
-use ndf_mesh::io::{VertexScalars, format_to_write, write_mesh};
-use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions};
+use ndf::Triangles;
+use ndf::analysis::mode_scalars;
+use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_spectral::{ModeOptions, OperatorOptions};
 use serde_json::json;
 
-use super::extract::length;
+use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
-use crate::triangulation::{Triangles, TriangulationArguments};
 
 /// Arguments of `ndf spectrum`.
 #[derive(Args, Debug)]
@@ -42,23 +41,20 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.triangulation.input.display();
-    let triangles = arguments.triangulation.read_triangles(context)?;
-    if let Triangles::Other(_, defects) = &triangles {
-        context.warn(&format!("{name}: {defects}; its modes are those of its tufted cover"));
+    let triangulated = arguments.triangulation.read(context)?;
+    if let Triangles::Soup { reason, .. } = &triangulated.triangles {
+        context.warn(&format!("{name}: {reason}; its modes are those of its tufted cover"));
     }
     let started = Instant::now();
     let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
-    let options =
-        ModeOptions { count: arguments.modes as usize, shift: arguments.shift, ..ModeOptions::default() };
-    let (mesh, laplacian): (&TriangleMesh, _) = match &triangles {
-        Triangles::Manifold(mesh) => (mesh, LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), operator)),
-        Triangles::Other(mesh, _) => (mesh, LaplaceBeltrami::from_triangle_mesh(mesh, operator)),
-    };
-    let found = laplacian
-        .and_then(|laplacian| laplacian.modes(&options, &context.progress()))
+    let (count, shift) = (arguments.modes as usize, arguments.shift);
+    let options = ModeOptions { count, shift, operator, ..ModeOptions::default() };
+    let found = triangulated
+        .modes(&options, &context.progress())
         .map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let mesh = triangulated.mesh();
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh, &scalars(&found))?;
+    write_mesh(&arguments.output, mesh, &mode_scalars(&found))?;
     let json = json!({
         "seconds": seconds,
         "eigenvalues": found.eigenvalues,
@@ -76,13 +72,4 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     ];
     let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: {} modes\n{}", found.eigenvalues.len(), table(&rows))))
-}
-
-/// The modes as scalars `mode_00`, `mode_01`, …
-pub fn scalars(modes: &Modes) -> Vec<VertexScalars> {
-    let scalar = |k: usize| VertexScalars {
-        name: format!("mode_{k:02}"),
-        values: modes.mode(k).iter().map(|&x| x as f32).collect(),
-    };
-    (0..modes.len()).map(scalar).collect()
 }

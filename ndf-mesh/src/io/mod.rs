@@ -4,6 +4,7 @@
 //! reserve no memory before the data is there, and every malformed file ends in a [`ReadError`] of one sentence.
 
 mod atomic;
+mod note;
 mod obj;
 mod off;
 mod ply;
@@ -18,6 +19,7 @@ use std::path::{Path, PathBuf};
 use crate::TriangleMesh;
 
 pub use atomic::atomic_write;
+pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
 pub use write::{WriteError, format_to_write, is_property_name, write_mesh};
 
@@ -64,8 +66,8 @@ pub struct MeshFile {
     pub scalars: Vec<VertexScalars>,
     /// The format of the file.
     pub format: MeshFormat,
-    /// What the reader changed or left out, one sentence each.
-    pub notes: Vec<String>,
+    /// What the reader changed or left out.
+    pub notes: Vec<ReadNote>,
 }
 
 /// Why a mesh file could not be read.
@@ -106,7 +108,7 @@ type Parsed = Result<Content, String>;
 struct Content {
     mesh: TriangleMesh,
     scalars: Vec<VertexScalars>,
-    notes: Vec<String>,
+    notes: Vec<ReadNote>,
 }
 
 /// Reads a mesh file of any known format. O(n); memory stays within a small multiple of the file's size.

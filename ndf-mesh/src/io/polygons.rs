@@ -2,7 +2,7 @@
 
 use ndf_core::DVec3;
 
-use super::{Content, VertexScalars};
+use super::{Content, ReadNote, VertexScalars};
 use crate::TriangleMesh;
 
 /// Collects polygons as fans of triangles and remembers what there is to say about them.
@@ -43,20 +43,11 @@ impl Triangles {
         let mesh = TriangleMesh::new(positions, self.faces).map_err(|e| e.to_string())?;
         let mut notes = Vec::new();
         if self.polygons > 0 {
-            notes.push(format!("{} with more than three corners cut into triangles", faces(self.polygons)));
+            notes.push(ReadNote::PolygonsCut { faces: self.polygons });
         }
         if self.too_small > 0 {
-            notes.push(too_small(self.too_small));
+            notes.push(ReadNote::FacesTooSmall { faces: self.too_small });
         }
         Ok(Content { mesh, scalars, notes })
     }
-}
-
-/// The note on faces that enclose nothing.
-pub(super) fn too_small(count: usize) -> String {
-    format!("{} with fewer than three corners left out", faces(count))
-}
-
-fn faces(count: usize) -> String {
-    if count == 1 { "1 face".to_owned() } else { format!("{count} faces") }
 }

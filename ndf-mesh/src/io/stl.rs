@@ -7,7 +7,7 @@ use ndf_core::glam::{DVec3, Vec3};
 
 use super::polygons::Triangles;
 use super::text::{beginning, is_binary, numbered_lines, three_numbers};
-use super::{Content, Parsed};
+use super::{Content, Parsed, ReadNote};
 use crate::TriangleMesh;
 
 /// Bytes before the first triangle of a binary file: a title of 80 and the count.
@@ -72,7 +72,7 @@ fn read_binary(bytes: &[u8]) -> Parsed {
     let mut content = soup.into_content()?;
     let left = (triangles.len() - announced) * TRIANGLE + rest.len();
     if left > 0 {
-        content.notes.push(format!("{left} bytes after the last announced triangle were passed over"));
+        content.notes.push(ReadNote::TrailingBytes { bytes: left });
     }
     Ok(content)
 }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
 use ndf_train::{Schedule, Settings};
 
-use crate::input::Kind;
+use super::numbers::{bits, positive, seconds, weight};
 
 /// How to train, and for how long.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -25,7 +26,7 @@ pub struct Training {
 struct Chosen {
     /// Settings to start from.
     #[arg(long, value_enum, default_value_t)]
-    preset: Preset,
+    preset: PresetName,
     /// Features of every base vertex [default: 8].
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
     features: Option<u32>,
@@ -64,7 +65,7 @@ struct Chosen {
 
 /// Sets of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Preset {
+pub enum PresetName {
     /// What reaches a given error soonest.
     #[default]
     Default,
@@ -72,13 +73,16 @@ pub enum Preset {
     Paper,
 }
 
-impl Training {
-    /// The same training with all numbers kept in single precision.
-    #[must_use]
-    pub fn lossless(self) -> Self {
-        Self { chosen: Chosen { lossless: true, bits: None, ..self.chosen }, ..self }
+impl From<PresetName> for Preset {
+    fn from(name: PresetName) -> Self {
+        match name {
+            PresetName::Default => Self::Default,
+            PresetName::Paper => Self::Paper,
+        }
     }
+}
 
+impl Training {
     /// How long to train at most, where that was given.
     pub fn time_limit(&self) -> Option<Duration> {
         self.time_limit
@@ -87,11 +91,8 @@ impl Training {
     /// Settings for a kind of input, with what was given.
     pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let chosen = &self.chosen;
-        let preset = match chosen.preset {
-            Preset::Default => Settings::default(),
-            Preset::Paper => Settings::paper(),
-        };
-        let mut settings = Settings { seed, time_limit: self.time_limit, ..kind.settings(preset) };
+        let preset = Preset::from(chosen.preset).settings(kind);
+        let mut settings = Settings { seed, time_limit: self.time_limit, ..preset };
         if let Some(features) = chosen.features {
             settings.field.network.features = features as usize;
         }
@@ -118,28 +119,4 @@ impl Training {
         settings.lambda_f = chosen.lambda_f.unwrap_or(settings.lambda_f);
         settings
     }
-}
-
-fn positive(text: &str) -> Result<f32, String> {
-    let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
-    if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
-}
-
-/// A number of bits of features.
-pub fn bits(text: &str) -> Result<u32, String> {
-    let allowed = Precision::BITS;
-    match text.parse() {
-        Ok(bits) if allowed.contains(&bits) => Ok(bits),
-        _ => Err(format!("expected a number from {} to {}", allowed.start(), allowed.end())),
-    }
-}
-
-fn weight(text: &str) -> Result<f32, String> {
-    let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
-    if x.is_finite() && x >= 0.0 { Ok(x) } else { Err("expected a number that is not negative".to_owned()) }
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let x: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
-    Duration::try_from_secs_f64(x).map_err(|_| "expected a number of seconds that is not negative".to_owned())
 }

@@ -1,0 +1,44 @@
+//! Numbers with bounds.
+
+use std::time::Duration;
+
+use ndf_model::file::Precision;
+
+/// A positive length.
+pub fn length(text: &str) -> Result<f64, String> {
+    let x: f64 = text.parse().map_err(|_| "a number is expected".to_owned())?;
+    if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
+}
+
+/// A number of bits of features.
+pub fn bits(text: &str) -> Result<u32, String> {
+    let allowed = Precision::BITS;
+    match text.parse() {
+        Ok(bits) if allowed.contains(&bits) => Ok(bits),
+        _ => Err(format!("expected a number from {} to {}", allowed.start(), allowed.end())),
+    }
+}
+
+/// A finite number.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number.is_finite() { Ok(number) } else { Err("not finite".to_owned()) }
+}
+
+/// A positive number.
+pub(super) fn positive(text: &str) -> Result<f32, String> {
+    let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
+    if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
+}
+
+/// A weight of a loss.
+pub(super) fn weight(text: &str) -> Result<f32, String> {
+    let x: f32 = text.parse().map_err(|_| "a number is expected".to_owned())?;
+    if x.is_finite() && x >= 0.0 { Ok(x) } else { Err("expected a number that is not negative".to_owned()) }
+}
+
+/// A time.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let x: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(x).map_err(|_| "expected a number of seconds that is not negative".to_owned())
+}

@@ -1,0 +1,45 @@
+//! How an input is to be understood.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use ndf::{Kind, OpenOptions};
+
+use super::numbers::finite;
+use crate::output::Failure;
+
+/// How an input is to be understood.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Reading {
+    /// What the input is, where its content should not decide.
+    #[arg(long = "as", value_name = "KIND", value_parser = kinds())]
+    pub kind: Option<Kind>,
+    /// Level of the surface, where the input is a field: a density, an occupancy or a distance [default: by rule].
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = finite)]
+    pub iso: Option<f64>,
+    /// Codes of a decoder of many shapes: a file with a table of them.
+    #[arg(long, value_name = "FILE")]
+    pub latent: Option<PathBuf>,
+    /// Which of the codes.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "latent")]
+    pub latent_index: usize,
+}
+
+impl Reading {
+    /// The same for the library.
+    ///
+    /// # Errors
+    /// If the file of codes cannot be read or has no such code.
+    pub fn options(&self) -> Result<OpenOptions, Failure> {
+        let code = |path| ndf::open::read_latent(path, self.latent_index);
+        let latent = self.latent.as_deref().map(code).transpose()?;
+        Ok(OpenOptions { kind: self.kind, level: self.iso, latent })
+    }
+}
+
+/// The names of kinds.
+fn kinds() -> impl TypedValueParser<Value = Kind> {
+    let value = |kind: Kind| PossibleValue::new(kind.name()).help(kind.description());
+    PossibleValuesParser::new(Kind::ALL.map(value)).try_map(|name| name.parse::<Kind>())
+}

@@ -1,0 +1,78 @@
+//! What a file holds: counts, topology, defects, sizes of parts.
+//!
+//! Every description is serialised with the keys of `ndf info --json`.
+
+mod mesh;
+mod model;
+mod surface;
+
+use std::path::Path;
+
+use ndf_core::BoundingBox;
+use ndf_model::Model;
+use serde::Serialize;
+
+pub use mesh::{Delaunay, MeshDescription};
+pub use model::{ModelBytes, ModelDescription};
+pub(crate) use surface::in_words;
+pub use surface::{CloudDescription, NetworkDescription, SplatsDescription};
+
+use crate::open::{Content, describe_content};
+use crate::{Note, OpenError, OpenOptions};
+
+/// What a file holds, and what a user should know of it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Described {
+    /// What it holds.
+    pub description: Description,
+    /// What was left out, changed or is doubtful.
+    pub notes: Vec<Note>,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum Description {
+    /// A mesh, or points in a mesh file.
+    Mesh(MeshDescription),
+    /// Points.
+    Cloud(CloudDescription),
+    /// A network.
+    Network(NetworkDescription),
+    /// Gaussian splats.
+    Splats(SplatsDescription),
+    /// A model.
+    Model(ModelDescription),
+}
+
+/// The corners of a box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Corners {
+    /// Least coordinates.
+    pub min: [f64; 3],
+    /// Greatest coordinates.
+    pub max: [f64; 3],
+}
+
+impl From<BoundingBox> for Corners {
+    fn from(bounds: BoundingBox) -> Self {
+        Self { min: bounds.min.to_array(), max: bounds.max.to_array() }
+    }
+}
+
+/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a cloud
+/// with normals, neighbours of all points.
+///
+/// # Errors
+/// If it cannot be read, or is of no known kind or malformed.
+pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Described, OpenError> {
+    let content = Content::read(path.as_ref())?;
+    if !Model::is_model(&content.bytes) {
+        return describe_content(&content, options);
+    }
+    let model = Model::from_bytes(&content.bytes)
+        .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;
+    Ok(Described { description: Description::Model(ModelDescription::of(&model)), notes: Vec::new() })
+}

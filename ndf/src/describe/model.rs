@@ -1,0 +1,88 @@
+//! What is to be said of a model.
+
+use ndf_mesh::ValidationReport;
+use ndf_model::{Model, SurfaceScalars};
+use serde::Serialize;
+
+/// The parts of a model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ModelDescription {
+    /// `model`.
+    pub kind: &'static str,
+    /// Vertices of the base mesh.
+    pub vertices: usize,
+    /// Faces of the base mesh.
+    pub faces: usize,
+    /// Pieces of the base mesh.
+    pub components: usize,
+    /// V − E + F of the base mesh.
+    pub euler_characteristic: i64,
+    /// Edges of the base mesh with one face.
+    pub boundary_edges: usize,
+    /// Features of every base vertex.
+    pub features: usize,
+    /// Weights and biases of the network.
+    pub network_parameters: usize,
+    /// Names of the scalars that are stored.
+    pub scalars: Vec<String>,
+    /// The point of the input that is the origin of the box.
+    pub center: [f64; 3],
+    /// Length in the box of a unit of the input.
+    pub scale: f64,
+    /// Bytes of the parts of the file.
+    pub bytes: ModelBytes,
+    /// How the model was made, where that can be read.
+    pub provenance: Option<serde_json::Value>,
+    /// All counts of the base mesh.
+    #[serde(skip)]
+    pub base: ValidationReport,
+}
+
+/// Bytes of the parts of a model file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct ModelBytes {
+    /// Base mesh.
+    pub base: usize,
+    /// Features.
+    pub features: usize,
+    /// Network.
+    pub network: usize,
+    /// Scalar fields.
+    pub scalars: usize,
+    /// The whole file.
+    pub total: usize,
+}
+
+impl ModelDescription {
+    /// Examines a model.
+    pub fn of(model: &Model) -> Self {
+        let field = &model.field;
+        let base = ValidationReport::of(field.base());
+        let sizes = model.section_sizes();
+        let names = model.scalars.iter().flat_map(SurfaceScalars::channels).map(|c| c.name.clone());
+        Self {
+            kind: "model",
+            vertices: base.vertices,
+            faces: base.faces,
+            components: base.components,
+            euler_characteristic: base.euler_characteristic,
+            boundary_edges: base.boundary_edges,
+            features: field.network().shape().features,
+            network_parameters: field.network().mlp().parameters().len(),
+            scalars: names.collect(),
+            center: model.similarity.center().to_array(),
+            scale: model.similarity.scale(),
+            bytes: ModelBytes {
+                base: sizes.base,
+                features: sizes.features,
+                network: sizes.network,
+                scalars: sizes.scalars,
+                total: sizes.total,
+            },
+            provenance: serde_json::from_str(&model.provenance).ok(),
+            base,
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Figures of results, serialised with the keys of the program's JSON.
+
+use ndf_intrinsic::ExtractionReport;
+use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
+use ndf_mesh::{ManifoldMesh, ValidationReport};
+use serde::Serialize;
+
+use crate::band::BandFigures;
+use crate::describe::in_words;
+use crate::{Fitted, Kind, LevelRule};
+
+/// Figures of [`Fitted`], as `ndf fit --json` has them.
+///
+/// Lengths of these keys are in the box [-1.5, 1.5]³ that the base mesh fills: `projection_rms`, `projection_max`, all of
+/// `cache`, and `cycle_loss`, a mean of squared lengths. [`Model::similarity`](ndf_model::Model::similarity) leads to the
+/// input's units.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct FitFigures {
+    /// What represents the surface.
+    pub kind: Kind,
+    /// How the base mesh was made; `None` where it was brought.
+    pub base: Option<BaseFigures>,
+    /// The level of the field, where that was to be chosen.
+    pub level: Option<f64>,
+    /// How it was chosen, in words.
+    #[serde(serialize_with = "words")]
+    pub level_rule: Option<LevelRule>,
+    /// The cached copy of the field, where there was one.
+    pub cache: Option<CacheFigures>,
+    /// Wall seconds of training.
+    pub seconds: f64,
+    /// Of these, spent on projecting.
+    pub seconds_projecting: f64,
+    /// Epochs made.
+    pub epochs: usize,
+    /// Whether training ended before its last epoch.
+    pub interrupted: bool,
+    /// Root of the mean squared distance to the surface.
+    pub projection_rms: f64,
+    /// Largest distance to the surface.
+    pub projection_max: f64,
+    /// Cycle loss of the last epoch.
+    pub cycle_loss: Option<f64>,
+    /// Share of the learned surface that is turned against the input.
+    pub flipped_fraction: f64,
+    /// Share of the learned surface that could not be projected.
+    pub missed_fraction: f64,
+    /// Vertices of the base mesh.
+    pub base_vertices: usize,
+    /// Faces of the base mesh.
+    pub base_faces: usize,
+    /// Bytes of the model file.
+    pub model_bytes: usize,
+}
+
+/// How a base mesh was made.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct BaseFigures {
+    /// `isosurface` or `mesh`.
+    pub from: &'static str,
+    /// Cells of the grid along each axis.
+    pub grid: Option<[u32; 3]>,
+    /// Evaluations of the field.
+    pub evaluations: u64,
+    /// Components that were left out.
+    pub components_dropped: usize,
+    /// Their share of the area.
+    pub area_dropped: f64,
+    /// V − E + F.
+    pub euler_characteristic: i64,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Wall seconds.
+    pub seconds: f64,
+}
+
+/// Size and accuracy of a cached field, lengths in the box.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct CacheFigures {
+    /// Wall seconds of the sampling.
+    pub seconds: f64,
+    /// Cubes that answer.
+    pub cubes: usize,
+    /// Side of the smallest.
+    pub finest: f64,
+    /// Values asked of the field.
+    pub values: usize,
+    /// Gradients asked of the field.
+    pub gradients: usize,
+    /// Share of the cubes that exceed the tolerance.
+    pub unresolved: f64,
+    /// Median distance between cached and true feet.
+    pub projection_error_median: f64,
+    /// Root of the mean of its square.
+    pub projection_error_rms: f64,
+    /// The largest.
+    pub projection_error_max: f64,
+    /// Points with a foot on one of the two only.
+    pub feet_on_one_only: usize,
+}
+
+fn words<S: serde::Serializer>(rule: &Option<LevelRule>, serializer: S) -> Result<S::Ok, S::Error> {
+    match rule {
+        Some(rule) => in_words(rule, serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
+impl Fitted {
+    /// The figures of the run. Encodes the model to tell its size.
+    pub fn figures(&self) -> FitFigures {
+        let report = &self.report;
+        let base = self.base_report.as_ref().map(|report| BaseFigures {
+            from: if report.grid.is_some() { "isosurface" } else { "mesh" },
+            grid: report.grid,
+            evaluations: report.evaluations,
+            components_dropped: report.components_dropped,
+            area_dropped: report.area_dropped,
+            euler_characteristic: report.euler_characteristic,
+            boundary_edges: report.boundary_edges,
+            seconds: report.seconds.isosurface + report.seconds.decimation + report.seconds.final_pass,
+        });
+        FitFigures {
+            kind: self.kind,
+            base,
+            level: self.level.map(|level| level.value),
+            level_rule: self.level.map(|level| level.rule),
+            cache: self.band.as_ref().map(|band| self.cache(band)),
+            seconds: report.seconds,
+            seconds_projecting: report.seconds_projecting,
+            epochs: report.epochs,
+            interrupted: report.interrupted,
+            projection_rms: report.projection_rms,
+            projection_max: report.projection_max,
+            cycle_loss: report.cycle_loss,
+            flipped_fraction: report.flipped_fraction,
+            missed_fraction: report.missed_fraction,
+            base_vertices: self.base.vertex_count(),
+            base_faces: self.base.face_count(),
+            model_bytes: self.model.section_sizes().total,
+        }
+    }
+
+    fn cache(&self, BandFigures { report, agreement, .. }: &BandFigures) -> CacheFigures {
+        let relative = |length: f64| self.model.similarity.length_to_normalised(length);
+        CacheFigures {
+            seconds: report.seconds,
+            cubes: report.cubes,
+            finest: relative(report.finest),
+            values: report.values,
+            gradients: report.gradients,
+            unresolved: report.unresolved,
+            projection_error_median: relative(agreement.median),
+            projection_error_rms: relative(agreement.rms),
+            projection_error_max: relative(agreement.max),
+            feet_on_one_only: agreement.disagreeing,
+        }
+    }
+}
+
+/// Figures of an extracted mesh, as `ndf extract --json` has them: lengths in its units, angles in degrees.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct ExtractionFigures {
+    /// Vertices.
+    pub vertices: usize,
+    /// Faces.
+    pub faces: usize,
+    /// Pieces.
+    pub components: usize,
+    /// V − E + F.
+    pub euler_characteristic: i64,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Whether the faces around every edge and vertex form a surface.
+    pub manifold: bool,
+    /// Whether neighbouring faces are oriented alike.
+    pub oriented: bool,
+    /// Whether all inner edges are Delaunay in the intrinsic metric.
+    pub delaunay_intrinsic: bool,
+    /// Share of the inner edges that are Delaunay as embedded.
+    pub delaunay_embedded_fraction: f64,
+    /// Lengths of the edges.
+    pub edge_length: Spread,
+    /// Smallest angles of the faces.
+    pub min_angle_deg: SmallestAngles,
+}
+
+impl ExtractionFigures {
+    /// Examines a mesh of a model. Without the report of an extraction its own metric is the intrinsic one. O(n log n).
+    pub fn of(mesh: &ManifoldMesh, extraction: Option<&ExtractionReport>) -> Self {
+        let report = ValidationReport::of(mesh);
+        let quality = Quality::of(mesh);
+        Self {
+            vertices: report.vertices,
+            faces: report.faces,
+            components: report.components,
+            euler_characteristic: report.euler_characteristic,
+            boundary_edges: report.boundary_edges,
+            manifold: report.is_manifold(),
+            oriented: report.inconsistent_edges.count == 0,
+            delaunay_intrinsic: extraction.map_or(quality.is_delaunay(), |e| e.delaunay_intrinsic),
+            delaunay_embedded_fraction: quality.delaunay_fraction,
+            edge_length: quality.edge_length,
+            min_angle_deg: quality.min_angle_deg,
+        }
+    }
+}

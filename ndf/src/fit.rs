@@ -1,0 +1,323 @@
+//! Learning a surface: everything between an opened surface and a model.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use ndf_core::{DVec3, NoProgress, Progress, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
+use ndf_model::Model;
+use ndf_model::file::StoredBase;
+use ndf_surfaces::narrow_band::BandError;
+use ndf_train::objective::Term;
+use ndf_train::{
+    Checkpoint, FitReport, LogRecord, Settings, TrainError, Trainer, provenance, stored_base, train,
+};
+
+use crate::band::BandFigures;
+use crate::base::NoBaseMesh;
+use crate::model::{ModelExt, to_world};
+use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
+use crate::{Kind, Level, Note, Opened};
+
+/// Called at the end of every batch.
+type OnBatch<'a> = Box<dyn FnMut(&LogRecord<'_>) + 'a>;
+
+/// Called with every note.
+type OnNote<'a> = Box<dyn FnMut(&Note) + 'a>;
+
+/// A training run to be: a surface, a base mesh and settings, each with the defaults of the program `ndf`.
+///
+/// The result is a function of these alone; the number of threads does not matter.
+#[must_use = "nothing is learned before `run`"]
+pub struct Fit<'a> {
+    opened: &'a Opened,
+    settings: Settings,
+    base: Base<'a>,
+    anchors: Vec<(DVec3, DVec3)>,
+    terms: Vec<(f32, Arc<dyn Term>)>,
+    progress: &'a dyn Progress,
+    log: Option<OnBatch<'a>>,
+    noted: Option<OnNote<'a>>,
+}
+
+/// What training starts from.
+enum Base<'a> {
+    /// A base mesh that is made.
+    Made(BaseMeshOptions),
+    /// A base mesh that is brought.
+    Brought(&'a ManifoldMesh),
+    /// A run that was not finished.
+    Resumed(Box<Checkpoint>),
+}
+
+/// Why nothing was learned.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// There is no base mesh.
+    #[error(transparent)]
+    NoBaseMesh(NoBaseMesh),
+    /// The field could not be cached around the base mesh.
+    #[error("the field around the base mesh cannot be sampled: {0}")]
+    Band(BandError),
+    /// Training did not end well.
+    #[error(transparent)]
+    Training(#[from] TrainError),
+    /// The observer asked to stop before training began, so that there is nothing to keep.
+    #[error("interrupted before training began")]
+    Cancelled,
+}
+
+impl From<NoBaseMesh> for FitError {
+    fn from(error: NoBaseMesh) -> Self {
+        match error {
+            NoBaseMesh::Making(BaseMeshError::Cancelled) => Self::Cancelled,
+            error => Self::NoBaseMesh(error),
+        }
+    }
+}
+
+impl From<BandError> for FitError {
+    fn from(error: BandError) -> Self {
+        match error {
+            BandError::Cancelled => Self::Cancelled,
+            error => Self::Band(error),
+        }
+    }
+}
+
+/// A model with the figures of its making.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Fitted {
+    /// The model.
+    pub model: Model,
+    /// Figures of the training. Its distances are in the box [-1.5, 1.5]³ that the base mesh fills.
+    pub report: FitReport,
+    /// What represents the surface that was learned.
+    pub kind: Kind,
+    /// The level of its field, where that was chosen.
+    pub level: Option<Level>,
+    /// The base mesh as the model keeps it, in the surface's units.
+    pub base: ManifoldMesh,
+    /// How it came about, where it was made.
+    pub base_report: Option<BaseMeshReport>,
+    /// How far the cached copy of the field was right, where there was one.
+    pub band: Option<BandFigures>,
+    /// Enough to go on: from the end, or from where the run was stopped.
+    pub checkpoint: Checkpoint,
+    /// What was left out, or is doubtful.
+    pub notes: Vec<Note>,
+}
+
+impl<'a> Fit<'a> {
+    /// A run with the default settings for this kind of surface, on a base mesh of 4000 faces.
+    pub fn new(opened: &'a Opened) -> Self {
+        Self {
+            opened,
+            settings: Preset::Default.settings(opened.kind),
+            base: Base::Made(BaseMeshOptions { faces: BASE_FACES, ..BaseMeshOptions::default() }),
+            anchors: Vec::new(),
+            terms: Vec::new(),
+            progress: &NoProgress,
+            log: None,
+            noted: None,
+        }
+    }
+
+    /// All settings of a preset for this kind of surface, the seed aside. Takes the place of settings made before.
+    pub fn preset(self, preset: Preset) -> Self {
+        let seed = self.settings.seed;
+        Self { settings: Settings { seed, ..preset.settings(self.opened.kind) }, ..self }
+    }
+
+    /// All settings. [`Preset::settings`] has those of a kind of surface to start from.
+    pub fn settings(self, settings: Settings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// Changes some settings.
+    ///
+    /// ```no_run
+    /// # let opened = ndf::open("a.obj", &ndf::OpenOptions::default())?;
+    /// let fit = ndf::Fit::new(&opened).with(|settings| settings.lambda_n = 1.0);
+    /// # Ok::<(), ndf::OpenError>(())
+    /// ```
+    pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
+        change(&mut self.settings);
+        self
+    }
+
+    /// Epochs of training.
+    pub fn epochs(self, epochs: usize) -> Self {
+        self.with(|settings| settings.epochs = epochs)
+    }
+
+    /// Samples in a batch.
+    pub fn samples(self, samples: usize) -> Self {
+        self.with(|settings| settings.samples = samples)
+    }
+
+    /// Features of every base vertex.
+    pub fn features(self, features: usize) -> Self {
+        self.with(|settings| settings.field.network.features = features)
+    }
+
+    /// Seed of everything random.
+    pub fn seed(self, seed: u64) -> Self {
+        self.with(|settings| settings.seed = seed)
+    }
+
+    /// Ends training after this long, with what is learned by then.
+    pub fn time_limit(self, limit: Duration) -> Self {
+        self.with(|settings| settings.time_limit = Some(limit))
+    }
+
+    /// Makes a base mesh of this many faces.
+    pub fn base_faces(self, faces: usize) -> Self {
+        Self { base: Base::Made(BaseMeshOptions { faces, ..BaseMeshOptions::default() }), ..self }
+    }
+
+    /// Uses this base mesh, in the surface's units, instead of making one.
+    pub fn base(self, mesh: &'a ManifoldMesh) -> Self {
+        Self { base: Base::Brought(mesh), ..self }
+    }
+
+    /// Goes on from a checkpoint, with its base mesh and settings; those made here do not count. Anchors and
+    /// terms must be those of the run before.
+    pub fn resume(self, checkpoint: Checkpoint) -> Self {
+        Self { base: Base::Resumed(Box::new(checkpoint)), ..self }
+    }
+
+    /// Points of the base mesh and where their images should be (supplement, Eq. 3), in the surface's units.
+    pub fn anchors(self, pairs: impl IntoIterator<Item = (DVec3, DVec3)>) -> Self {
+        Self { anchors: pairs.into_iter().collect(), ..self }
+    }
+
+    /// Adds a term of one's own to the objective.
+    pub fn term(mut self, weight: f32, term: Arc<dyn Term>) -> Self {
+        self.terms.push((weight, term));
+        self
+    }
+
+    /// Reports to this observer, which may stop the run: before training with [`FitError::Cancelled`], then with what is
+    /// learned so far and a checkpoint to go on from.
+    pub fn progress(self, progress: &'a dyn Progress) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Calls this at the end of every batch. Costs a tenth of an epoch.
+    pub fn log(self, log: impl FnMut(&LogRecord<'_>) + 'a) -> Self {
+        Self { log: Some(Box::new(log)), ..self }
+    }
+
+    /// Calls this with every note as soon as it is known; [`Fitted::notes`] has all of them at the end.
+    pub fn on_note(self, noted: impl FnMut(&Note) + 'a) -> Self {
+        Self { noted: Some(Box::new(noted)), ..self }
+    }
+
+    /// Makes the base mesh, caches the field where that is costly, and trains. A run that is stopped gives what it has
+    /// learned, which [`FitReport::interrupted`] says; its checkpoint lets it go on.
+    ///
+    /// # Errors
+    /// If there is no base mesh, the settings are not usable, training diverges, or the run is stopped before training.
+    pub fn run(self) -> Result<Fitted, FitError> {
+        let Self { opened, settings, base, anchors, terms, progress, mut log, noted } = self;
+        let mut notes = Notes { all: Vec::new(), noted };
+        let ready = |base: &ManifoldMesh| stored_base(&*opened.surface, base, &settings);
+        let mut base_report = None;
+        let start = match base {
+            Base::Resumed(checkpoint) => Start::Resumed(checkpoint),
+            Base::Brought(mesh) => Start::Fresh(Box::new(ready(mesh)?)),
+            Base::Made(options) => {
+                let (made, told) = opened.base_mesh(&options, progress)?;
+                told.into_iter().for_each(|note| notes.add(note));
+                base_report = Some(made.report);
+                Start::Fresh(Box::new(ready(&made.mesh)?))
+            }
+        };
+        let band = opened.band(&start.base(), progress)?;
+        let surface: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
+        let mut trainer = match start {
+            Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint)?,
+            Start::Fresh(base) => Trainer::on(surface, *base, &settings)?,
+        };
+        if band.is_some() {
+            trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);
+        }
+        if !anchors.is_empty() {
+            trainer = trainer.with_anchors(&anchors);
+        }
+        for (weight, term) in terms {
+            trainer = trainer.with_term(weight, term);
+        }
+        let log = log.as_mut().map(|log| log as ndf_train::Log<'_>);
+        let (fit, checkpoint) = train(&mut trainer, log, progress)?;
+        drop(trainer);
+        notes.add_training(&fit.report, checkpoint.settings(), progress.cancelled());
+        let file_name = opened.path.as_deref().and_then(std::path::Path::file_name);
+        let file_name = file_name.map(|name| name.to_string_lossy());
+        let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
+        let provenance = provenance(program, file_name.as_deref(), checkpoint.settings(), &fit.report);
+        let model = Model { field: fit.field, similarity: fit.similarity, scalars: Vec::new(), provenance };
+        Ok(Fitted {
+            base: model.base_in_world(),
+            model,
+            report: fit.report,
+            kind: opened.kind,
+            level: opened.level,
+            base_report,
+            band: band.map(|band| band.figures),
+            checkpoint,
+            notes: notes.all,
+        })
+    }
+}
+
+/// What training starts from, ready.
+enum Start {
+    Fresh(Box<StoredBase>),
+    Resumed(Box<Checkpoint>),
+}
+
+impl Start {
+    /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
+    fn base(&self) -> ManifoldMesh {
+        match self {
+            Self::Fresh(base) => to_world(&base.mesh, &base.similarity),
+            Self::Resumed(checkpoint) => checkpoint.model().base_in_world(),
+        }
+    }
+}
+
+/// Notes so far, and who is told of each.
+struct Notes<'a> {
+    all: Vec<Note>,
+    noted: Option<OnNote<'a>>,
+}
+
+impl Notes<'_> {
+    fn add(&mut self, note: Note) {
+        if let Some(noted) = &mut self.noted {
+            noted(&note);
+        }
+        self.all.push(note);
+    }
+
+    fn add_training(&mut self, report: &FitReport, settings: &Settings, cancelled: bool) {
+        if report.interrupted && !cancelled {
+            let of = settings.epochs + settings.identity_epochs;
+            self.add(Note::TimeUp { epochs: report.epochs, of });
+        }
+        if report.retreats > 0 {
+            self.add(Note::Diverged { times: report.retreats });
+        }
+        if report.flipped_fraction > NOTABLY_FLIPPED {
+            self.add(Note::Flipped { share: report.flipped_fraction });
+        }
+        if report.missed_fraction > 0.0 {
+            self.add(Note::Missed { share: report.missed_fraction });
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What a model gives, in the units of the surface it was learned from.
+
+use ndf_intrinsic::extraction::tessellation::{TessellationError, tessellate};
+use ndf_intrinsic::{ExtractionError, ExtractionOptions, ExtractionReport, extract};
+use ndf_mesh::{FacePoint, ManifoldMesh};
+use ndf_model::{Model, Similarity};
+
+/// More triangles than this are refused: their file would have over a gigabyte.
+const MAX_FACES: usize = 50_000_000;
+
+/// How long the edges of an extracted mesh should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EdgeLength {
+    /// In the units of the input.
+    World(f64),
+    /// In the box [-1.5, 1.5]³ that the base mesh fills: the paper's h.
+    Relative(f64),
+}
+
+impl EdgeLength {
+    /// The length in the box.
+    pub fn relative(self, similarity: &Similarity) -> f64 {
+        match self {
+            Self::World(length) => similarity.length_to_normalised(length),
+            Self::Relative(length) => length,
+        }
+    }
+
+    /// The length in the units of the input.
+    pub fn world(self, similarity: &Similarity) -> f64 {
+        match self {
+            Self::World(length) => length,
+            Self::Relative(length) => similarity.length_to_world(length),
+        }
+    }
+}
+
+/// A mesh of a model, in the units of its input.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Extracted {
+    /// The mesh: manifold, oriented, near to Delaunay.
+    pub mesh: ManifoldMesh,
+    /// Where on the base mesh every vertex lies.
+    pub origins: Vec<FacePoint>,
+    /// What is true of it. Its lengths are in the box.
+    pub report: ExtractionReport,
+}
+
+/// Abilities of a [`Model`] in the units of its input.
+pub trait ModelExt {
+    /// A Delaunay mesh with edges of about this length. O(n log n) for n faces.
+    ///
+    /// # Errors
+    /// If the length is not positive or asks for more than 50 million faces, or the field is not finite.
+    fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError>;
+
+    /// The base faces cut by template until no edge is longer than this.
+    ///
+    /// # Errors
+    /// As [`extract`](Self::extract).
+    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, TessellationError>;
+
+    /// The base mesh.
+    fn base_in_world(&self) -> ManifoldMesh;
+}
+
+impl ModelExt for Model {
+    fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError> {
+        let length = edge_length.relative(&self.similarity);
+        let options = ExtractionOptions { most_faces: MAX_FACES, ..ExtractionOptions::new(length) };
+        let found = extract(&self.field, &options)?;
+        let mesh = to_world(&found.mesh, &self.similarity);
+        Ok(Extracted { mesh, origins: found.origins, report: found.report })
+    }
+
+    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, TessellationError> {
+        let length = edge_length.relative(&self.similarity);
+        let found = tessellate(&self.field, length, MAX_FACES)?;
+        Ok(to_world(&found.mesh, &self.similarity))
+    }
+
+    fn base_in_world(&self) -> ManifoldMesh {
+        to_world(self.field.base(), &self.similarity)
+    }
+}
+
+/// A mesh in the box, in the units of the input.
+pub(crate) fn to_world(mesh: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
+    mesh.with_positions(mesh.positions().iter().map(|&p| similarity.to_world(p)).collect())
+}

@@ -1,0 +1,248 @@
+//! What a user should know of a result that is usable all the same.
+
+use std::fmt;
+
+use ndf_formats::point_cloud::CleaningReport;
+use ndf_mesh::io::ReadNote;
+use ndf_mesh::repair::RepairNote;
+use serde::Serialize;
+
+use crate::base::NotDecimated;
+use crate::text::grouped;
+
+/// Something that was left out, changed or doubtful, and did not stop the work.
+///
+/// To a program it is a variant with numbers (serialised as an object whose `note` names the variant), to a reader a
+/// sentence by `Display`, without the name of the file. Shares are from 0 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "note", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Note {
+    /// Points that are not finite were left out.
+    PointsNotFinite {
+        /// How many.
+        points: usize,
+    },
+    /// Points in the place of another were merged with it.
+    DuplicatePoints {
+        /// How many.
+        points: usize,
+    },
+    /// Points whose normal is zero or not finite were left out.
+    PointsWithoutNormal {
+        /// How many.
+        points: usize,
+    },
+    /// Normals that were not of length 1 were scaled.
+    NormalsScaled {
+        /// How many.
+        normals: usize,
+    },
+    /// Most normals were zero or not finite; none is used.
+    NormalsGivenUp,
+    /// Too few neighbouring normals point to the same side; none is used, and the cloud is treated as one without.
+    NormalsDisagree {
+        /// The share that does.
+        agreement: f64,
+    },
+    /// The normals point inward; they were turned.
+    NormalsTurned,
+    /// Points far from all others were left out.
+    Outliers {
+        /// How many.
+        points: usize,
+    },
+    /// Few of the neighbouring normals that were found point to the same side.
+    NormalsDoubtful {
+        /// The share that does.
+        agreement: f64,
+    },
+    /// Splats that are not finite or have no axes were left out.
+    SplatsUnsound {
+        /// How many.
+        splats: usize,
+    },
+    /// Splats outside the object, or larger than half of it, were left out.
+    SplatsFloating {
+        /// How many.
+        splats: usize,
+    },
+    /// A checkpoint names classes or functions, which are not run.
+    Foreign {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// A decoder of many shapes was opened without a code.
+    NoCode,
+    /// The mesh cannot be decimated; its base mesh is made from the isosurface of its winding number.
+    NotDecimated {
+        /// Why.
+        reason: NotDecimated,
+    },
+    /// An edge length was given for a mesh, which is used as it is.
+    EdgeLengthUnused,
+    /// Smaller components of the isosurface were left out of the base mesh.
+    PartsLeftOut {
+        /// How many.
+        parts: usize,
+        /// Their share of its area.
+        area: f64,
+    },
+    /// The topology of the surface needs more faces than were asked for.
+    FacesNeeded {
+        /// Faces of the base mesh.
+        faces: usize,
+        /// Faces asked for.
+        asked: usize,
+    },
+    /// The mesh has no more faces than were asked for; all of it is the base mesh.
+    NothingToDecimate {
+        /// Its faces.
+        faces: usize,
+    },
+    /// The time was up before the last epoch.
+    TimeUp {
+        /// Epochs made.
+        epochs: usize,
+        /// Epochs wanted.
+        of: usize,
+    },
+    /// Training diverged and went on at a smaller rate.
+    Diverged {
+        /// How often.
+        times: usize,
+    },
+    /// Some of the learned surface is turned against the input.
+    Flipped {
+        /// How much.
+        share: f64,
+    },
+    /// Some of the learned surface finds no foot on the input.
+    Missed {
+        /// How much.
+        share: f64,
+    },
+    /// What the reader of a mesh file tells.
+    #[serde(untagged)]
+    File(ReadNote),
+    /// What was mended.
+    #[serde(untagged)]
+    Repair(RepairNote),
+}
+
+impl Note {
+    /// What there is to say about the points of a file.
+    pub(crate) fn of_points(report: &CleaningReport) -> Vec<Self> {
+        let counted = |n: usize, note: fn(usize) -> Self| (n > 0).then(|| note(n));
+        let notes = [
+            counted(report.not_finite, |points| Self::PointsNotFinite { points }),
+            counted(report.duplicates, |points| Self::DuplicatePoints { points }),
+            counted(report.without_normal, |points| Self::PointsWithoutNormal { points }),
+            counted(report.normals_scaled, |normals| Self::NormalsScaled { normals }),
+            report.normals_given_up.then_some(Self::NormalsGivenUp),
+        ];
+        notes.into_iter().flatten().collect()
+    }
+}
+
+impl From<ReadNote> for Note {
+    fn from(note: ReadNote) -> Self {
+        Self::File(note)
+    }
+}
+
+impl From<RepairNote> for Note {
+    fn from(note: RepairNote) -> Self {
+        Self::Repair(note)
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counted = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{n} points") };
+        match self {
+            Self::PointsNotFinite { points } => write!(f, "{} not finite, left out", counted(*points)),
+            Self::DuplicatePoints { points } => {
+                write!(f, "{} in the place of another, merged", counted(*points))
+            }
+            Self::PointsWithoutNormal { points } => {
+                write!(f, "{} without a usable normal, left out", counted(*points))
+            }
+            Self::NormalsScaled { normals } => write!(f, "{normals} normals not of length 1, scaled"),
+            Self::NormalsGivenUp => f.write_str("most normals are zero or not finite; all are left out"),
+            Self::NormalsDisagree { agreement } => write!(
+                f,
+                "only {:.0} % of neighbouring normals point to the same side; they are not used",
+                100.0 * agreement
+            ),
+            Self::NormalsTurned => f.write_str("the normals point inward; they are turned"),
+            Self::Outliers { points } => {
+                write!(f, "{} points are far from all others, and left out", grouped(*points))
+            }
+            Self::NormalsDoubtful { agreement } => write!(
+                f,
+                "only {:.0} % of neighbouring normals that were found point to the same side; expect holes and handles",
+                100.0 * agreement
+            ),
+            Self::SplatsUnsound { splats } => {
+                write!(f, "{} splats are not finite or have no axes, and left out", grouped(*splats))
+            }
+            Self::SplatsFloating { splats } => write!(
+                f,
+                "{} splats are outside the object or larger than half of it, and left out",
+                grouped(*splats)
+            ),
+            Self::Foreign { names } => {
+                write!(f, "it names {}, which is not run; what it stands for is left out", names.join(", "))
+            }
+            Self::NoCode => {
+                f.write_str("a decoder of many shapes; without a code it is the one with the code 0")
+            }
+            Self::NotDecimated { reason } => {
+                write!(f, "{reason}; the base mesh is made from the isosurface of its winding number")
+            }
+            Self::EdgeLengthUnused => {
+                f.write_str("it is a mesh, used as it is; the edge length is for models")
+            }
+            Self::PartsLeftOut { parts, area } => {
+                write!(f, "{parts} smaller parts ({:.1} % of the area) are left out", 100.0 * area)
+            }
+            Self::FacesNeeded { faces, asked } => {
+                write!(f, "the topology needs {faces} faces, more than {asked} asked for")
+            }
+            Self::NothingToDecimate { faces } => {
+                let what = if *faces == 1 { "face" } else { "faces" };
+                write!(f, "it has no more than {faces} {what}; all of it is the base mesh")
+            }
+            Self::TimeUp { epochs, of } => write!(f, "the time was up after {epochs} of {of} epochs"),
+            Self::Diverged { times } => {
+                write!(f, "training diverged {times} times and went on at a smaller rate")
+            }
+            Self::Flipped { share } => {
+                write!(f, "{:.1} % of the learned surface is turned against the input", 100.0 * share)
+            }
+            Self::Missed { share } => {
+                write!(
+                    f,
+                    "{:.1} % of the learned surface could not be projected onto the input",
+                    100.0 * share
+                )
+            }
+            Self::File(note) => note.fmt(f),
+            Self::Repair(note) => note.fmt(f),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_are_flat_objects() {
+        let note = serde_json::to_value(Note::Flipped { share: 0.25 }).unwrap();
+        assert_eq!(note, serde_json::json!({"note": "flipped", "share": 0.25}));
+        let note = serde_json::to_value(Note::from(RepairNote::UnusableFaces { faces: 2 })).unwrap();
+        assert_eq!(note, serde_json::json!({"note": "unusable_faces", "faces": 2}));
+    }
+}

@@ -1,0 +1,118 @@
+//! Point clouds, with normals and without.
+
+use ndf_core::{Progress, Surface};
+use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud, sniff};
+use ndf_mesh::io::parse_mesh;
+use ndf_surfaces::point_cloud::{
+    Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud,
+};
+
+use super::{Content, OpenError, OpenOptions, Opened, Representation};
+use crate::base::BaseSource;
+use crate::describe::{CloudDescription, Described, Description, MeshDescription};
+use crate::presets::{CONSISTENT, DOUBTFUL};
+use crate::{Kind, Note};
+
+/// Files of points.
+pub(super) struct Clouds;
+
+impl Representation for Clouds {
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::OrientedCloud, Kind::Cloud]
+    }
+
+    fn recognises(&self, content: &Content) -> bool {
+        sniff(&content.bytes).is_some()
+    }
+
+    fn open(
+        &self,
+        content: &Content,
+        options: &OpenOptions,
+        progress: &dyn Progress,
+    ) -> Result<Opened, OpenError> {
+        let CloudFile { cloud, report, .. } = parse_cloud(&content.bytes, &content.path)?;
+        opened(&cloud, options.kind, &content.name(), Note::of_points(&report), progress)
+    }
+
+    fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
+        let name = content.name();
+        let file = match parse_cloud(&content.bytes, &content.path) {
+            Ok(file) => file,
+            // Too few points to learn from: what is in the file can be told all the same.
+            Err(error) => {
+                let file = parse_mesh(&content.bytes, &content.path).map_err(|_| error)?;
+                let description = Description::Mesh(MeshDescription::of(&file));
+                return Ok(Described { description, notes: Vec::new() });
+            }
+        };
+        let mut notes = Note::of_points(&file.report);
+        let agreement = agreement(&file.cloud);
+        let kind = chosen(options.kind, agreement, &name, &mut notes)?;
+        let description = CloudDescription::of(&file, kind, agreement);
+        Ok(Described { description: Description::Cloud(description), notes })
+    }
+}
+
+/// The share of neighbouring points whose normals agree, where there are normals.
+fn agreement(cloud: &PointCloud) -> Option<f64> {
+    let positions = cloud.positions();
+    cloud.normals().map(|normals| agreement_of_normals(positions, normals, &Neighbours::new(positions)))
+}
+
+/// What a cloud is treated as.
+fn chosen(
+    asked: Option<Kind>,
+    agreement: Option<f64>,
+    name: &str,
+    notes: &mut Vec<Note>,
+) -> Result<Kind, OpenError> {
+    match (asked, agreement) {
+        (Some(Kind::OrientedCloud), None) => Err(OpenError::NoNormals { name: name.to_owned() }),
+        (Some(kind), _) => Ok(kind),
+        (None, Some(agreement)) if agreement < CONSISTENT => {
+            notes.push(Note::NormalsDisagree { agreement });
+            Ok(Kind::Cloud)
+        }
+        (None, Some(_)) => Ok(Kind::OrientedCloud),
+        (None, None) => Ok(Kind::Cloud),
+    }
+}
+
+/// A cloud as a surface; what there is to say about its points comes first.
+pub(super) fn opened(
+    cloud: &PointCloud,
+    asked: Option<Kind>,
+    name: &str,
+    mut notes: Vec<Note>,
+    progress: &dyn Progress,
+) -> Result<Opened, OpenError> {
+    let kind = chosen(asked, agreement(cloud), name, &mut notes)?;
+    let mut opened = match kind {
+        Kind::OrientedCloud => oriented(cloud),
+        _ => unoriented(cloud, name, progress)?,
+    };
+    opened.notes.splice(0..0, notes);
+    Ok(opened)
+}
+
+fn oriented(cloud: &PointCloud) -> Opened {
+    let surface = OrientedCloud::new(cloud, &WindingFieldOptions::default());
+    let notes = surface.field().is_turned().then_some(Note::NormalsTurned).into_iter().collect();
+    Opened { notes, ..Opened::from_surface(Box::new(surface), Kind::OrientedCloud) }
+}
+
+fn unoriented(cloud: &PointCloud, name: &str, progress: &dyn Progress) -> Result<Opened, OpenError> {
+    let found =
+        unoriented_cloud(cloud, progress).map_err(|_| OpenError::Cancelled { name: name.to_owned() })?;
+    let mut notes = Vec::new();
+    if found.outliers > 0 {
+        notes.push(Note::Outliers { points: found.outliers });
+    }
+    if found.agreement < DOUBTFUL {
+        notes.push(Note::NormalsDoubtful { agreement: found.agreement });
+    }
+    let scaffold: Box<dyn Surface> = Box::new(found.scaffold);
+    let base = BaseSource::Isosurface { scaffold: Some(scaffold), reason: None };
+    Ok(Opened { base, notes, ..Opened::from_surface(Box::new(found.surface), Kind::Cloud) })
+}

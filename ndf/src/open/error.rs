@@ -1,0 +1,160 @@
+//! Why a surface could not be opened.
+
+use std::path::PathBuf;
+
+use ndf_formats::point_cloud;
+use ndf_formats::splats::SplatError;
+use ndf_formats::tensors::TensorError;
+use ndf_mesh::io;
+use ndf_model::file::ModelError;
+use ndf_surfaces::EmptyMesh;
+use ndf_surfaces::networks::LayoutError;
+use ndf_surfaces::splats::NoSplats;
+
+use crate::Kind;
+use crate::files::without_faces;
+
+/// What can be read, for files that nobody recognises.
+const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ, \
+                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ and .splat";
+
+/// Why a surface could not be opened. Every message names the file, or what stands for it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is a model.
+    #[error("{name} is a model already")]
+    Model {
+        /// The file.
+        name: String,
+    },
+    /// The file is a model, and damaged.
+    #[error("cannot read {}: {source}", path.display())]
+    ModelFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: ModelError,
+    },
+    /// The file is nothing that can be read.
+    #[error("{name} is of no known kind: {reason}; {KINDS}")]
+    Unrecognised {
+        /// The file.
+        name: String,
+        /// What was seen instead.
+        reason: &'static str,
+    },
+    /// The file is no usable mesh file.
+    #[error(transparent)]
+    MeshFile(#[from] io::ReadError),
+    /// The mesh has no faces.
+    #[error(
+        "{name} {}; a mesh with at least one face is needed here",
+        without_faces(*.vertices)
+    )]
+    NoFaces {
+        /// The file.
+        name: String,
+        /// Vertices of the mesh.
+        vertices: usize,
+    },
+    /// All faces of the mesh are without area, or not finite.
+    #[error("{name}: all faces are without area, or not finite")]
+    NoArea {
+        /// The file.
+        name: String,
+    },
+    /// No surface can be made of the mesh.
+    #[error("{name}: {source}")]
+    EmptyMesh {
+        /// The file.
+        name: String,
+        /// Why.
+        source: EmptyMesh,
+    },
+    /// The file is no usable file of points.
+    #[error(transparent)]
+    CloudFile(#[from] point_cloud::ReadError),
+    /// Normals were asked for, and the points have none.
+    #[error("{name} has no usable normals")]
+    NoNormals {
+        /// The file.
+        name: String,
+    },
+    /// The file is no usable file of tensors.
+    #[error("{name}: {source}")]
+    Tensors {
+        /// The file.
+        name: String,
+        /// Why.
+        source: TensorError,
+    },
+    /// The file holds no network.
+    #[error("{name}: it is no PyTorch, safetensors, NumPy, HDF5 or instant-ngp file")]
+    NoNetwork {
+        /// The file.
+        name: String,
+    },
+    /// The network has no known layout, or a damaged one.
+    #[error("{name}: {source}")]
+    Layout {
+        /// The file.
+        name: String,
+        /// Why.
+        source: LayoutError,
+    },
+    /// The file holds a table instead of a network.
+    #[error("{name} is a table, perhaps of codes, and no network")]
+    Table {
+        /// The file.
+        name: String,
+    },
+    /// The file of codes has none of this number.
+    #[error("{name} has no code number {row}")]
+    NoCode {
+        /// The file.
+        name: String,
+        /// The number.
+        row: usize,
+    },
+    /// A network of distances was taken for a density, or the reverse.
+    #[error("{name} is of the kind {found}, not {asked}")]
+    OtherKind {
+        /// The file.
+        name: String,
+        /// What it is.
+        found: Kind,
+        /// What it was taken for.
+        asked: Kind,
+    },
+    /// The file is no usable file of splats.
+    #[error("{name}: {source}")]
+    SplatFile {
+        /// The file.
+        name: String,
+        /// Why.
+        source: SplatError,
+    },
+    /// No density can be made of the splats.
+    #[error("{name}: {source}")]
+    NoSplats {
+        /// The file.
+        name: String,
+        /// Why.
+        source: NoSplats,
+    },
+    /// The observer asked to stop.
+    #[error("{name}: interrupted while its normals were sought")]
+    Cancelled {
+        /// The file.
+        name: String,
+    },
+}

@@ -1,0 +1,85 @@
+//! Triangle meshes of any quality.
+
+use ndf_core::{Progress, Surface};
+use ndf_mesh::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
+use ndf_mesh::{TriangleMesh, repair};
+use ndf_surfaces::MeshSurface;
+
+use super::{Content, OpenError, OpenOptions, Opened, Representation};
+use crate::base::{BaseSource, NotDecimated};
+use crate::describe::{Described, Description, MeshDescription};
+use crate::presets::LARGEST_COMPONENT;
+use crate::{Kind, Note};
+
+/// Mesh files.
+pub(super) struct Meshes;
+
+impl Representation for Meshes {
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Mesh]
+    }
+
+    /// Whether a file is of a mesh format. PLY counts if it announces faces.
+    fn recognises(&self, content: &Content) -> bool {
+        match ply_elements(&content.bytes) {
+            Some(elements) => {
+                elements.iter().any(|e| e.count > 0 && matches!(e.name.as_str(), "face" | "tristrips"))
+            }
+            None => sniff(&content.bytes).is_some(),
+        }
+    }
+
+    fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
+        let MeshFile { mesh, notes, .. } = parse(content, options)?;
+        let mut opened = opened(mesh, &content.name())?;
+        opened.notes.splice(0..0, notes.into_iter().map(Note::from));
+        Ok(opened)
+    }
+
+    fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
+        let file = parse(content, options)?;
+        let notes = file.notes.iter().copied().map(Note::from).collect();
+        Ok(Described { description: Description::Mesh(MeshDescription::of(&file)), notes })
+    }
+}
+
+fn parse(content: &Content, options: &OpenOptions) -> Result<MeshFile, OpenError> {
+    parse_mesh(&content.bytes, &content.path).map_err(|error| match error {
+        // What nobody recognises comes here, too, and need not have been meant for a mesh.
+        ReadError::Unrecognised { reason, .. } if options.kind.is_none() => {
+            OpenError::Unrecognised { name: content.name(), reason }
+        }
+        error => OpenError::MeshFile(error),
+    })
+}
+
+/// A mesh as a surface: mended to a manifold, or, where that cannot be, the boundary of what its winding number encloses.
+pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError> {
+    let name = || name.to_owned();
+    if mesh.face_count() == 0 {
+        return Err(OpenError::NoFaces { name: name(), vertices: mesh.vertex_count() });
+    }
+    let cleaned = repair::without_unusable_faces(&mesh);
+    if cleaned.area() == 0.0 {
+        return Err(OpenError::NoArea { name: name() });
+    }
+    let mut notes = Vec::new();
+    let (surface, base) = match repair::mended(&mesh) {
+        // Where no component has most of the area, the mesh means the union of its pieces.
+        Ok(mended) if mended.kept_area >= LARGEST_COMPONENT => {
+            notes.extend(mended.notes.into_iter().map(Note::from));
+            (MeshSurface::new(&mended.mesh), BaseSource::Manifold(mended.mesh))
+        }
+        other => {
+            let reason = match other {
+                Ok(mended) => NotDecimated::InPieces { largest: mended.kept_area },
+                Err(defects) => defects.into(),
+            };
+            let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
+            (MeshSurface::new(&repair::oriented(&cleaned)), base)
+        }
+    };
+    let surface: Box<dyn Surface> =
+        Box::new(surface.map_err(|source| OpenError::EmptyMesh { name: name(), source })?);
+    Ok(Opened { base, mesh: Some(mesh), notes, ..Opened::from_surface(surface, Kind::Mesh) })
+}

@@ -1,0 +1,71 @@
+//! Gaussian splats.
+
+use ndf_core::{ImplicitField, Progress};
+use ndf_formats::splats::{SplatFormat, parse_splats, splat_format};
+use ndf_surfaces::LevelSetSurface;
+use ndf_surfaces::splats::{DensityOptions, SplatDensity};
+
+use super::{Content, Level, LevelRule, OpenError, OpenOptions, Opened, Representation};
+use crate::describe::{Described, Description, SplatsDescription};
+use crate::{Kind, Note};
+
+/// Files of splats.
+pub(super) struct Splats;
+
+impl Representation for Splats {
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Splats]
+    }
+
+    fn recognises(&self, content: &Content) -> bool {
+        splat_format(&content.bytes).is_some()
+    }
+
+    fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
+        let Read { density, level, notes, .. } = read(content, options)?;
+        let surface = LevelSetSurface::new(density);
+        let cached = Some(*surface.search());
+        let opened = Opened::from_surface(Box::new(surface), Kind::Splats);
+        Ok(Opened { level: Some(level), cached, notes, ..opened })
+    }
+
+    fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
+        let Read { density, format, level, splats, notes } = read(content, options)?;
+        let description = SplatsDescription::of(&density, format, level, splats);
+        Ok(Described { description: Description::Splats(description), notes })
+    }
+}
+
+/// The density of the splats of a file.
+struct Read {
+    density: SplatDensity,
+    format: SplatFormat,
+    level: Level,
+    /// Splats in the file.
+    splats: usize,
+    notes: Vec<Note>,
+}
+
+fn read(content: &Content, options: &OpenOptions) -> Result<Read, OpenError> {
+    let name = || content.name();
+    let (format, splats) =
+        parse_splats(&content.bytes).map_err(|source| OpenError::SplatFile { name: name(), source })?;
+    let density = SplatDensity::new(&splats, &DensityOptions::default())
+        .map_err(|source| OpenError::NoSplats { name: name(), source })?;
+    let report = density.report();
+    let mut notes = Vec::new();
+    if report.unsound > 0 {
+        notes.push(Note::SplatsUnsound { splats: report.unsound });
+    }
+    if report.floaters > 0 {
+        notes.push(Note::SplatsFloating { splats: report.floaters });
+    }
+    let (density, level) = match options.level {
+        Some(value) => (density.with_level(value), Level { value, rule: LevelRule::Asked }),
+        None => {
+            let value = density.level();
+            (density, Level { value, rule: LevelRule::Sugar })
+        }
+    };
+    Ok(Read { density, format, level, splats: splats.len(), notes })
+}

@@ -1,0 +1,80 @@
+//! The defaults: what each kind of surface is trained with, and the thresholds of opening one.
+//!
+//! A program built on this crate has the defaults of the program `ndf`.
+
+use ndf_train::Settings;
+use ndf_train::scalars::ScalarSettings;
+
+use crate::Kind;
+
+/// Epochs at the end of training that project onto the true surface, where training has a cached copy of its field: they
+/// remove what the cache is off by.
+pub const TRUE_EPOCHS: usize = 100;
+
+/// The share of neighbouring points whose normals point to the same side below which the normals of a cloud are not used.
+pub const CONSISTENT: f64 = 0.8;
+
+/// The same, below which normals that were found are doubted.
+pub const DOUBTFUL: f64 = 0.9;
+
+/// The share of the area that one component of a mesh must have to stand for all of it. Where none has, the mesh means the
+/// union of its pieces.
+pub const LARGEST_COMPONENT: f64 = 0.5;
+
+/// The share of the learned surface from which being turned against the input is worth a note.
+pub const NOTABLY_FLIPPED: f64 = 0.01;
+
+/// Faces of a base mesh.
+pub const BASE_FACES: usize = 4000;
+
+/// Sets of settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Preset {
+    /// What reaches a given error soonest.
+    #[default]
+    Default,
+    /// The training of the paper's supplement.
+    Paper,
+}
+
+impl Preset {
+    /// The settings for a kind of surface: those of the preset with the weight of the cycle loss that the kind needs.
+    pub fn settings(self, kind: Kind) -> Settings {
+        let settings = match self {
+            Self::Default => Settings::default(),
+            Self::Paper => Settings::paper(),
+        };
+        Settings { lambda_c: self.lambda_c(kind), ..settings }
+    }
+
+    /// Weight of the cycle loss. The paper's are those of the supplement's Table 2, where the weight of the projection loss
+    /// and the learning rate are the same for all kinds. The default differs from it for meshes and distances, where the
+    /// reverse map of the default costs nothing to follow and fewer places fold.
+    pub fn lambda_c(self, kind: Kind) -> f32 {
+        match (kind, self) {
+            (Kind::Mesh | Kind::NeuralSdf | Kind::Neus, Self::Default) => 1e3,
+            (Kind::Mesh | Kind::NeuralSdf | Kind::Neus, Self::Paper) => 1e2,
+            (Kind::OrientedCloud | Kind::Nerf, _) => 1e4,
+            (Kind::Cloud | Kind::Splats, _) => 1e5,
+        }
+    }
+
+    /// The settings of learning scalar fields.
+    pub fn scalar_settings(self) -> ScalarSettings {
+        match self {
+            Self::Default => ScalarSettings::default(),
+            Self::Paper => ScalarSettings::paper(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_have_the_settings_of_the_training_crate() {
+        assert_eq!(Preset::Default.settings(Kind::Mesh), Settings::default());
+        assert_eq!(Preset::Paper.settings(Kind::Mesh), Settings::paper());
+    }
+}

@@ -1,0 +1,40 @@
+//! Numbers for readers.
+
+/// A number with four significant digits.
+pub fn readable(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    let digits = 3 - x.abs().log10().floor() as i32;
+    match digits {
+        -3..=7 => format!("{x:.*}", digits.max(0) as usize),
+        _ => format!("{x:.3e}"),
+    }
+}
+
+/// A count with its digits in groups of three.
+pub fn grouped(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(
+            [0.0, 1.0, 12.345678, 123456.0, 1e-9].map(readable),
+            ["0", "1.000", "12.35", "123456", "1.000e-9"]
+        );
+        assert_eq!([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+    }
+}
