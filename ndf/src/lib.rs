@@ -1,6 +1,27 @@
-//! Neural displacement fields: open a surface of any representation, learn it, extract meshes and compute on them.
+//! Neural displacement fields: open a surface of any representation, learn it, extract meshes and compute on them. This crate
+//! does what the program `ndf` does, with the same defaults and the same bytes.
 //!
-//! This crate does what the program `ndf` does, with the same defaults and the same bytes.
+//! ```no_run
+//! use ndf::{DistanceOptions, EdgeLength, Fit, ModelExt, NoProgress, OpenOptions, Place, Triangulated};
+//!
+//! // A mesh, a scan, a checkpoint or splats: the content decides.
+//! let scan = ndf::open("scan.e57", &OpenOptions::default())?;
+//! let model = Fit::new(&scan).base_faces(4000).run()?.model;
+//! std::fs::write("scan.ndf", model.to_bytes())?;
+//!
+//! // Lengths are in the units of the scan.
+//! let mesh = Triangulated::from_model(&model, EdgeLength::World(0.5))?;
+//! let distances = mesh.distances(&[Place::Vertex(0)], &DistanceOptions::default(), &NoProgress)?;
+//! assert_eq!(distances.values[0], 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - **Opening**: [`open()`], [`open_mesh`], [`open_cloud`], [`Opened::from_surface`]; [`describe()`] says what a file holds.
+//! - **Learning**: [`Fit`], with the [defaults of every kind](presets).
+//! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars`] learns scalars on them.
+//! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model.
+//!
+//! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can be stopped.
 
 pub mod analysis;
 pub mod band;
