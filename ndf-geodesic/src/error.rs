@@ -20,7 +20,7 @@ pub enum GeodesicError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// A query needs the windows, but they were not kept.
-    #[error("distances inside faces and paths need the windows to be kept")]
+    #[error("distances inside faces and paths are computed from windows, which were not kept")]
     WindowsNotKept,
     /// A path was asked for to a point that no source reaches.
     #[error("no source reaches {point:?}")]

@@ -22,10 +22,10 @@ use crate::output::{Failure, Outcome, grouped};
 pub struct Arguments {
     /// What to write.
     kind: Kind,
-    /// The file to write; the extension of a mesh tells its format (.ply, .obj, .stl).
+    /// The file to write; for a mesh the extension sets the format (.ply, .obj, .stl).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The shape; networks are a sphere unless asked for a torus.
+    /// The shape; networks are a sphere or a torus.
     #[arg(long, value_enum, default_value_t)]
     shape: Shape,
     /// Points of a cloud, or splats.

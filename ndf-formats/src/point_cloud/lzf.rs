@@ -6,7 +6,7 @@ const LONGEST_COPY: usize = 264;
 /// Expands to exactly `size` bytes.
 pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
     if size / LONGEST_COPY > input.len() {
-        return Err(format!("{} compressed bytes cannot expand to {size} bytes", input.len()));
+        return Err(format!("{} compressed bytes cannot expand to {size} bytes bytes", input.len()));
     }
     let cut = || "the compressed data is cut off".to_owned();
     let mut output = Vec::with_capacity(size);

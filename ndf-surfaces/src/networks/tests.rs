@@ -292,7 +292,7 @@ fn unknown_and_broken_layouts_are_told_apart() {
     let nan = layout_error(&[("net.0.weight", vec![1, 3], vec![f32::NAN; 3])]);
     assert!(nan.contains("not finite"), "{nan}");
     let flat = layout_error(&[("net.0.weight", vec![3], vec![0.0; 3])]);
-    assert!(flat.contains("no matrix"), "{flat}");
+    assert!(flat.contains("not a matrix"), "{flat}");
 }
 
 #[test]

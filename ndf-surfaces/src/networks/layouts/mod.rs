@@ -37,7 +37,7 @@ impl Latent {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayoutError {
     /// No known layout has such tensors.
-    #[error("no known network has the tensors {found}; known are {known}")]
+    #[error("the tensors {found} match no known network; the known ones have {known}")]
     Unknown {
         /// Names found, shortened.
         found: String,

@@ -82,7 +82,7 @@ impl<'a> Part<'a> {
             }
         };
         let &[outputs, _] = shape else {
-            return Err(self.broken(format!("{name}.weight has the shape {shape:?}, which is no matrix")));
+            return Err(self.broken(format!("{name}.weight has the shape {shape:?}, which is not a matrix")));
         };
         let bias = tensor("bias").map_or_else(|| vec![0.0; outputs], |bias| bias.values().to_vec());
         let layer = (bias.len() == outputs).then(|| Dense::new(weights, bias)).flatten();
@@ -101,7 +101,7 @@ impl<'a> Part<'a> {
             return Err(self.broken(format!("{kernel} or {bias} is missing")));
         };
         let &[inputs, outputs] = k.shape() else {
-            return Err(self.broken(format!("{kernel} has the shape {:?}, which is no matrix", k.shape())));
+            return Err(self.broken(format!("{kernel} has the shape {:?}, which is not a matrix", k.shape())));
         };
         let rows = (0..outputs).flat_map(|o| (0..inputs).map(move |i| k.values()[i * outputs + o])).collect();
         let layer = (b.values().len() == outputs).then(|| Dense::new(rows, b.values().to_vec())).flatten();
