@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use ndf::base::BaseSource;
-use ndf::{EdgeLength, Fit, ModelExt, OpenOptions};
+use ndf::{BaseSource, EdgeLength, Fit, ModelExt, OpenOptions};
 use ndf_mesh::metrics::{MeasureOptions, measure};
 
 use crate::document::replace_table;

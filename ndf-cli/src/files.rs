@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use ndf::files::{NoMesh, NoModel};
-use ndf::{Model, OpenError, Opened};
+use ndf::{Model, NoTriangulation, OpenError, Opened, Triangulated};
 use ndf_mesh::io::MeshFile;
 use ndf_model::file::ModelError;
 
-use crate::arguments::Reading;
+use crate::arguments::{Reading, TriangulationArguments};
 use crate::context::Context;
 use crate::interrupt;
 use crate::output::Failure;
@@ -46,7 +46,7 @@ pub fn read_model(path: &Path) -> Result<Model, Failure> {
 }
 
 /// The failure of reading a model.
-pub fn no_model(error: &NoModel) -> Failure {
+fn no_model(error: &NoModel) -> Failure {
     let failure = Failure::new(error.to_string());
     match error.source {
         ModelError::Magic => failure.try_instead("`ndf fit` makes models"),
@@ -65,7 +65,7 @@ pub fn read_faces(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
 }
 
 /// The failure of reading a mesh.
-pub fn no_mesh(error: &NoMesh) -> Failure {
+fn no_mesh(error: &NoMesh) -> Failure {
     let failure = Failure::new(error.to_string());
     match error {
         NoMesh::Model { .. } => {
@@ -73,4 +73,26 @@ pub fn no_mesh(error: &NoMesh) -> Failure {
         }
         _ => failure,
     }
+}
+
+/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold, mended
+/// otherwise, or, where that cannot be, its usable triangles; or the mesh of a model.
+///
+/// # Errors
+/// If the input cannot be read, or is a model without an edge length.
+pub fn read_triangulation(
+    arguments: &TriangulationArguments,
+    context: &Context,
+) -> Result<Triangulated, Failure> {
+    let path = &arguments.input;
+    let found = Triangulated::open(path, arguments.edge_length()).map_err(|error| match error {
+        NoTriangulation::Mesh(error) => no_mesh(&error),
+        NoTriangulation::Model(error) => no_model(&error),
+        NoTriangulation::NoEdgeLength { .. } => {
+            Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
+        }
+        error => error.into(),
+    })?;
+    found.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
+    Ok(found)
 }

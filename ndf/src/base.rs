@@ -1,66 +1,10 @@
-//! Where base meshes come from.
+//! Base meshes of opened surfaces.
 
-use std::fmt;
-
-use ndf_core::{Progress, Surface};
-use ndf_mesh::{ManifoldMesh, NotManifold, ValidationReport};
+use ndf_core::Progress;
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
-use serde::Serialize;
 
-use crate::{Note, Opened};
-
-/// Where the base mesh of a surface comes from.
-#[non_exhaustive]
-pub enum BaseSource {
-    /// A clean mesh, which is decimated.
-    Manifold(ManifoldMesh),
-    /// The isosurface of a field.
-    Isosurface {
-        /// The surface with that field, where it is not the surface that is learned.
-        scaffold: Option<Box<dyn Surface>>,
-        /// Why a mesh cannot be decimated instead, where the input is one.
-        reason: Option<NotDecimated>,
-    },
-}
-
-impl BaseSource {
-    /// The isosurface of the surface's own field.
-    pub(crate) const OWN_FIELD: Self = Self::Isosurface { scaffold: None, reason: None };
-}
-
-/// Why a mesh cannot be decimated to a base mesh.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "reason", rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum NotDecimated {
-    /// No component has most of the area.
-    InPieces {
-        /// The share of the largest.
-        largest: f64,
-    },
-    /// It cannot be mended to be a manifold.
-    NotManifold {
-        /// What is left wrong with it.
-        report: Box<ValidationReport>,
-    },
-}
-
-impl From<NotManifold> for NotDecimated {
-    fn from(NotManifold(report): NotManifold) -> Self {
-        Self::NotManifold { report }
-    }
-}
-
-impl fmt::Display for NotDecimated {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::InPieces { largest } => {
-                write!(f, "it is in pieces, the largest with {:.0} % of the area", 100.0 * largest)
-            }
-            Self::NotManifold { report } => NotManifold(report.clone()).fmt(f),
-        }
-    }
-}
+use crate::note::{NotDecimated, Note};
+use crate::opened::{BaseSource, Opened};
 
 /// Why there is no base mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -78,15 +22,6 @@ pub enum NoBaseMesh {
 }
 
 impl Opened {
-    /// The surface whose field gives isosurfaces, if there is one.
-    pub fn field_surface(&self) -> Option<&dyn Surface> {
-        let surface = match &self.base {
-            BaseSource::Isosurface { scaffold: Some(scaffold), .. } => &**scaffold,
-            _ => &*self.surface,
-        };
-        surface.as_field().map(|_| surface)
-    }
-
     /// A base mesh of the surface, in its units: decimated from a clean mesh, or else from an isosurface. The notes tell
     /// what was left out.
     ///

@@ -34,20 +34,19 @@ mod kind;
 mod model;
 mod note;
 pub mod open;
+mod opened;
 pub mod presets;
 pub mod scalars;
 pub mod text;
 mod triangulated;
 
-pub use describe::describe;
 pub use files::{begins_as_model, read_mesh, read_model};
 pub use fit::{Fit, FitError, Fitted};
 pub use kind::{Kind, UnknownKind};
 pub use model::{EdgeLength, Extracted, ModelExt};
-pub use note::Note;
-pub use open::{
-    Level, LevelRule, OpenError, OpenOptions, Opened, open, open_bytes, open_cloud, open_mesh, open_with,
-};
+pub use note::{NotDecimated, Note};
+pub use open::{OpenError, OpenOptions, describe, open, open_bytes, open_cloud, open_mesh, open_with};
+pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
 pub use scalars::{store_scalars, stored_scalars};
 pub use triangulated::{

@@ -5,9 +5,9 @@ use std::fmt;
 use ndf_formats::point_cloud::CleaningReport;
 use ndf_mesh::io::ReadNote;
 use ndf_mesh::repair::RepairNote;
+use ndf_mesh::{NotManifold, ValidationReport};
 use serde::Serialize;
 
-use crate::base::NotDecimated;
 use crate::text::grouped;
 
 /// Something that was left out, changed or doubtful, and did not stop the work.
@@ -230,6 +230,40 @@ impl fmt::Display for Note {
             }
             Self::File(note) => note.fmt(f),
             Self::Repair(note) => note.fmt(f),
+        }
+    }
+}
+
+/// Why a mesh cannot be decimated to a base mesh.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "reason", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum NotDecimated {
+    /// No component has most of the area.
+    InPieces {
+        /// The share of the largest.
+        largest: f64,
+    },
+    /// It cannot be mended to be a manifold.
+    NotManifold {
+        /// What is left wrong with it.
+        report: Box<ValidationReport>,
+    },
+}
+
+impl From<NotManifold> for NotDecimated {
+    fn from(NotManifold(report): NotManifold) -> Self {
+        Self::NotManifold { report }
+    }
+}
+
+impl fmt::Display for NotDecimated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InPieces { largest } => {
+                write!(f, "it is in pieces, the largest with {:.0} % of the area", 100.0 * largest)
+            }
+            Self::NotManifold { report } => NotManifold(report.clone()).fmt(f),
         }
     }
 }

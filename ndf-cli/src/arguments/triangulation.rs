@@ -3,13 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf::{NoTriangulation, Triangulated};
 
 use super::edge_length;
 use super::numbers::length;
-use crate::context::Context;
-use crate::files::{no_mesh, no_model};
-use crate::output::Failure;
 
 /// Where the triangulation comes from.
 #[derive(Args, Clone, Debug)]
@@ -25,22 +21,8 @@ pub struct TriangulationArguments {
 }
 
 impl TriangulationArguments {
-    /// The triangulation, with the vertex order of the file where that is a manifold; otherwise mended, or, where that
-    /// cannot be, its usable triangles.
-    ///
-    /// # Errors
-    /// If the input cannot be read, or is a model without an edge length.
-    pub fn read(&self, context: &Context) -> Result<Triangulated, Failure> {
-        let edge_length = edge_length::of(self.edge_length, self.relative_edge_length);
-        let found = Triangulated::open(&self.input, edge_length).map_err(|error| match error {
-            NoTriangulation::Mesh(error) => no_mesh(&error),
-            NoTriangulation::Model(error) => no_model(&error),
-            NoTriangulation::NoEdgeLength { .. } => {
-                Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
-            }
-            error => error.into(),
-        })?;
-        found.notes.iter().for_each(|note| context.warn_of(&self.input.display(), note));
-        Ok(found)
+    /// The edge length, where one is given.
+    pub fn edge_length(&self) -> Option<ndf::EdgeLength> {
+        edge_length::of(self.edge_length, self.relative_edge_length)
     }
 }

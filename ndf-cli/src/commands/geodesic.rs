@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::TriangulationArguments;
 use crate::context::Context;
+use crate::files::read_triangulation;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
 /// Arguments of `ndf geodesic`.
@@ -62,7 +63,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.triangulation.input.display();
-    let found = arguments.triangulation.read(context)?;
+    let found = read_triangulation(&arguments.triangulation, context)?;
     let mesh = found.manifold().map_err(|defects| {
         let failure = Failure::new(format!("{name}: {defects}"));
         failure.try_instead("`ndf info` lists what is wrong with it")

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ndf::Note;
 use ndf::describe::{
     CloudDescription, Corners, Delaunay, Description, MeshDescription, ModelDescription, NetworkDescription,
-    SplatsDescription, describe,
+    SplatsDescription,
 };
+use ndf::{Note, describe};
 use ndf_mesh::ValidationReport;
 
 use crate::arguments::Reading;

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
+use crate::files::read_triangulation;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 
 /// Arguments of `ndf spectrum`.
@@ -41,7 +42,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let name = arguments.triangulation.input.display();
-    let triangulated = arguments.triangulation.read(context)?;
+    let triangulated = read_triangulation(&arguments.triangulation, context)?;
     if let Triangles::Soup { reason, .. } = &triangulated.triangles {
         context.warn(&format!("{name}: {reason}; its modes are those of its tufted cover"));
     }

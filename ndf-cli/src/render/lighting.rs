@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
-use super::{Camera, Scene, Surfel, shading};
+use super::{Camera, Scene, Surfel};
 
 /// Rays into the surroundings and towards the main light, for every gathering point.
 const AMBIENT_RAYS: u32 = 20;
@@ -13,6 +13,11 @@ const KEY_RAYS: u32 = 12;
 
 /// Radius of the main light, seen from the surface, as a tangent: the softness of shadows.
 const KEY_RADIUS: f64 = 0.16;
+
+/// Where the key light comes from: over the left shoulder of the viewer.
+pub(super) fn key_direction(camera: &Camera) -> DVec3 {
+    (-0.55 * camera.right() + 0.85 * camera.up() - 0.75 * camera.forward()).normalize()
+}
 
 /// Light at a point: shares, 0 to 1, of the surroundings and of the main light that are not hidden.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +47,7 @@ impl Lighting {
             columns,
             rows,
             width,
-            key: shading::key_direction(camera),
+            key: key_direction(camera),
             reach: 0.35 * scene.tree.bounds().diagonal(),
         };
         lighting.points = (0..columns * rows)

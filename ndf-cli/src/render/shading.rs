@@ -2,7 +2,7 @@
 
 use ndf_core::DVec3;
 
-use super::lighting::Lighting;
+use super::lighting::{Lighting, key_direction};
 use super::lines::ScreenFrame;
 use super::{Camera, Scene, Style, Surfel};
 
@@ -17,11 +17,6 @@ const FILL: [f32; 3] = [0.17, 0.20, 0.25];
 const RIM: [f32; 3] = [0.20, 0.20, 0.21];
 const SKY: [f32; 3] = [0.44, 0.47, 0.52];
 const GROUND: [f32; 3] = [0.27, 0.25, 0.23];
-
-/// Where the key light comes from: over the left shoulder of the viewer.
-pub(super) fn key_direction(camera: &Camera) -> DVec3 {
-    (-0.55 * camera.right() + 0.85 * camera.up() - 0.75 * camera.forward()).normalize()
-}
 
 /// Linear colour of a surface point, opaque.
 pub(super) fn shade(

@@ -6,7 +6,7 @@ use ndf_mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
 use serde::{Serialize, Serializer};
 
 use super::Corners;
-use crate::Kind;
+use crate::kind::Kind;
 
 /// A mesh, or points of a mesh file. Lengths are in its units.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -6,10 +6,7 @@ mod mesh;
 mod model;
 mod surface;
 
-use std::path::Path;
-
 use ndf_core::BoundingBox;
-use ndf_model::Model;
 use serde::Serialize;
 
 pub use mesh::{Delaunay, MeshDescription};
@@ -17,8 +14,7 @@ pub use model::{ModelBytes, ModelDescription};
 pub(crate) use surface::in_words;
 pub use surface::{CloudDescription, NetworkDescription, SplatsDescription};
 
-use crate::open::{Content, describe_content};
-use crate::{Note, OpenError, OpenOptions};
+use crate::note::Note;
 
 /// What a file holds, and what a user should know of it.
 #[derive(Clone, Debug)]
@@ -60,19 +56,4 @@ impl From<BoundingBox> for Corners {
     fn from(bounds: BoundingBox) -> Self {
         Self { min: bounds.min.to_array(), max: bounds.max.to_array() }
     }
-}
-
-/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a cloud
-/// with normals, neighbours of all points.
-///
-/// # Errors
-/// If it cannot be read, or is of no known kind or malformed.
-pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Described, OpenError> {
-    let content = Content::read(path.as_ref())?;
-    if !Model::is_model(&content.bytes) {
-        return describe_content(&content, options);
-    }
-    let model = Model::from_bytes(&content.bytes)
-        .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;
-    Ok(Described { description: Description::Model(ModelDescription::of(&model)), notes: Vec::new() })
 }

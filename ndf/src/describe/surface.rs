@@ -8,8 +8,8 @@ use ndf_surfaces::splats::SplatDensity;
 use serde::Serialize;
 
 use super::Corners;
-use crate::Kind;
-use crate::open::{Level, LevelRule};
+use crate::kind::Kind;
+use crate::opened::{Level, LevelRule};
 
 /// The points of a file. Lengths are in its units.
 #[derive(Clone, Debug, PartialEq, Serialize)]

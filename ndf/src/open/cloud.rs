@@ -7,11 +7,12 @@ use ndf_surfaces::point_cloud::{
     Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud,
 };
 
-use super::{Content, OpenError, OpenOptions, Opened, Representation};
-use crate::base::BaseSource;
+use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{CloudDescription, Described, Description, MeshDescription};
+use crate::kind::Kind;
+use crate::note::Note;
+use crate::opened::{BaseSource, Opened};
 use crate::presets::{CONSISTENT, DOUBTFUL};
-use crate::{Kind, Note};
 
 /// Files of points.
 pub(super) struct Clouds;

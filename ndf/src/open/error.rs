@@ -11,8 +11,8 @@ use ndf_surfaces::EmptyMesh;
 use ndf_surfaces::networks::LayoutError;
 use ndf_surfaces::splats::NoSplats;
 
-use crate::Kind;
 use crate::files::without_faces;
+use crate::kind::Kind;
 
 /// What can be read, for files that nobody recognises.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ, \

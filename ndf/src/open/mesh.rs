@@ -5,11 +5,12 @@ use ndf_mesh::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
 use ndf_mesh::{TriangleMesh, repair};
 use ndf_surfaces::MeshSurface;
 
-use super::{Content, OpenError, OpenOptions, Opened, Representation};
-use crate::base::{BaseSource, NotDecimated};
+use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, MeshDescription};
+use crate::kind::Kind;
+use crate::note::{NotDecimated, Note};
+use crate::opened::{BaseSource, Opened};
 use crate::presets::LARGEST_COMPONENT;
-use crate::{Kind, Note};
 
 /// Mesh files.
 pub(super) struct Meshes;

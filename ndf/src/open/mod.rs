@@ -13,22 +13,19 @@ mod splats;
 
 use std::path::{Path, PathBuf};
 
-use ndf_core::{NoProgress, Progress, Surface};
+use ndf_core::{NoProgress, Progress};
 use ndf_formats::point_cloud::PointCloud;
 use ndf_mesh::TriangleMesh;
-use ndf_meshing::{IsosurfaceError, MarchingCubesOptions, marching_cubes};
 use ndf_model::Model;
-use ndf_surfaces::LevelSearch;
 use ndf_surfaces::networks::Latent;
-use serde::Serialize;
 
 pub use error::OpenError;
 pub use network::read_latent;
 
-use crate::base::BaseSource;
-use crate::describe::Described;
-use crate::{Kind, Note};
-pub(crate) use content::Content;
+use crate::describe::{Described, Description, ModelDescription};
+use crate::kind::Kind;
+use crate::opened::Opened;
+use content::Content;
 
 /// How a surface is to be understood.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,67 +36,6 @@ pub struct OpenOptions {
     pub level: Option<f64>,
     /// The code of the shape, for a decoder of many.
     pub latent: Option<Latent>,
-}
-
-/// The level of a field that is learned.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Level {
-    /// Its value.
-    pub value: f64,
-    /// How it was chosen.
-    pub rule: LevelRule,
-}
-
-/// How a level was chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum LevelRule {
-    /// By [`OpenOptions::level`].
-    Asked,
-    /// The zero of a distance.
-    Zero,
-    /// That of the logarithm of the density, as instant-ngp meshes it.
-    InstantNgp,
-    /// Halves light within 1/100 of the box, or parts the densities best (Otsu) if that is less.
-    Light,
-    /// That of SuGaR's meshes, or half the typical density of opaque splats if that is less or where these are even.
-    Sugar,
-}
-
-impl std::fmt::Display for LevelRule {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Asked => "as asked for",
-            Self::Zero => "the zero of a distance",
-            Self::InstantNgp => "of the logarithm of the density, as instant-ngp meshes it",
-            Self::Light => "halves light within 1/100 of the box, or parts the densities best (Otsu) if less",
-            Self::Sugar => {
-                "as SuGaR's meshes, or half the typical density of opaque splats if less or where these are even"
-            }
-        })
-    }
-}
-
-/// A surface that can be learned: what [`Fit`](crate::Fit) takes.
-#[non_exhaustive]
-pub struct Opened {
-    /// The file it comes from, if it comes from one.
-    pub path: Option<PathBuf>,
-    /// What represents it. Decides on the [defaults](crate::presets).
-    pub kind: Kind,
-    /// What is learned.
-    pub surface: Box<dyn Surface>,
-    /// Where its base mesh comes from.
-    pub base: BaseSource,
-    /// The mesh it is known by, where it is a mesh.
-    pub mesh: Option<TriangleMesh>,
-    /// The level of its field, where that was to be chosen.
-    pub level: Option<Level>,
-    /// How the level of a cached copy of the field is searched, where projecting onto the field itself is costly.
-    pub cached: Option<LevelSearch>,
-    /// What was left out, changed or is doubtful.
-    pub notes: Vec<Note>,
 }
 
 /// Representations that share their files.
@@ -189,9 +125,19 @@ fn open_content(
     Ok(Opened { path: Some(content.path.clone()), ..opened })
 }
 
-/// What a file holds: a surface of any kind, or a model.
-pub(crate) fn describe_content(content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
-    representation(content, options).describe(content, options)
+/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a cloud
+/// with normals, neighbours of all points.
+///
+/// # Errors
+/// If it cannot be read, or is of no known kind or malformed.
+pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Described, OpenError> {
+    let content = Content::read(path.as_ref())?;
+    if !Model::is_model(&content.bytes) {
+        return representation(&content, options).describe(&content, options);
+    }
+    let model = Model::from_bytes(&content.bytes)
+        .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;
+    Ok(Described { description: Description::Model(ModelDescription::of(&model)), notes: Vec::new() })
 }
 
 /// A mesh of any quality as a surface.
@@ -212,49 +158,4 @@ pub fn open_cloud(
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
     cloud::opened(cloud, kind, "the cloud", Vec::new(), progress)
-}
-
-impl Opened {
-    /// A surface of one's own. It is learned with the defaults of the kind it is `like`; its base mesh is made of its field,
-    /// if it has one, and is to be given to [`Fit`](crate::Fit) otherwise.
-    pub fn from_surface(surface: Box<dyn Surface>, like: Kind) -> Self {
-        Self {
-            path: None,
-            kind: like,
-            surface,
-            base: BaseSource::OWN_FIELD,
-            mesh: None,
-            level: None,
-            cached: None,
-            notes: Vec::new(),
-        }
-    }
-
-    /// A mesh that stands for the surface in comparisons and pictures: the mesh it is, or its isosurface on a grid of `cells`
-    /// along the longest side.
-    ///
-    /// # Errors
-    /// If it is no mesh and has no isosurface, or the observer asks to stop.
-    pub fn reference(&self, cells: u32, progress: &dyn Progress) -> Result<TriangleMesh, NoReference> {
-        match (&self.base, &self.mesh) {
-            (BaseSource::Manifold(mesh), _) => Ok(TriangleMesh::clone(mesh)),
-            (_, Some(mesh)) => Ok(mesh.clone()),
-            _ => {
-                let field = self.field_surface().and_then(Surface::as_field).ok_or(NoReference::NoField)?;
-                let options = MarchingCubesOptions { grid: cells, ..MarchingCubesOptions::default() };
-                Ok(marching_cubes(field, &options, progress)?.mesh.into_triangle_mesh())
-            }
-        }
-    }
-}
-
-/// Why no mesh stands for a surface.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoReference {
-    /// It is no mesh and has no field.
-    #[error("the input has neither a mesh nor an isosurface to be compared with")]
-    NoField,
-    /// The isosurface failed.
-    #[error(transparent)]
-    Isosurface(#[from] IsosurfaceError),
 }

@@ -7,9 +7,11 @@ use ndf_formats::tensors::{TensorFile, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
 
-use super::{Content, Level, LevelRule, OpenError, OpenOptions, Opened, Representation};
+use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, NetworkDescription};
-use crate::{Kind, Note};
+use crate::kind::Kind;
+use crate::note::Note;
+use crate::opened::{Level, LevelRule, Opened};
 
 /// Checkpoints.
 pub(super) struct Networks;

@@ -5,9 +5,11 @@ use ndf_formats::splats::{SplatFormat, parse_splats, splat_format};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::splats::{DensityOptions, SplatDensity};
 
-use super::{Content, Level, LevelRule, OpenError, OpenOptions, Opened, Representation};
+use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, SplatsDescription};
-use crate::{Kind, Note};
+use crate::kind::Kind;
+use crate::note::Note;
+use crate::opened::{Level, LevelRule, Opened};
 
 /// Files of splats.
 pub(super) struct Splats;
