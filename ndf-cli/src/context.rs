@@ -19,7 +19,7 @@ pub struct Options {
     /// Show no progress.
     #[arg(long, global = true)]
     pub quiet: bool,
-    /// Threads to work on [default: all cores].
+    /// Number of threads [default: all cores].
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Seed of everything random: the same seed gives the same bytes, whatever the number of threads.

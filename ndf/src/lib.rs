@@ -58,3 +58,8 @@ pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh};
 pub use ndf_model::Model;
 pub use ndf_train::{Checkpoint, FitReport, Settings};
+
+/// The examples of the repository's README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

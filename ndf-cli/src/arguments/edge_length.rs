@@ -8,10 +8,10 @@ use super::numbers::length;
 #[derive(Args, Clone, Copy, Debug)]
 #[group(required = true, multiple = false)]
 pub struct EdgeLength {
-    /// Length of edges, in the input's units: about this, or at most this with `--no-refine`.
+    /// Edge length in the input's units: a target, or a maximum with `--no-refine`.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
-    /// The same where the base mesh fills the box [-1.5, 1.5]³.
+    /// The same in the box [-1.5, 1.5]³ that the base mesh fills.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
 }

@@ -12,16 +12,16 @@ use crate::output::Failure;
 /// How an input is to be understood.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Reading {
-    /// What the input is, where its content should not decide.
+    /// Kind of the input; overrides detection from its content.
     #[arg(long = "as", value_name = "KIND", value_parser = kinds())]
     pub kind: Option<Kind>,
-    /// Level of the surface, where the input is a field: a density, an occupancy or a distance [default: by rule].
+    /// Level of the surface in a density, an occupancy or a distance [default: by rule].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = finite)]
     pub iso: Option<f64>,
-    /// Codes of a decoder of many shapes: a file with a table of them.
+    /// File with the latent codes of a decoder of many shapes.
     #[arg(long, value_name = "FILE")]
     pub latent: Option<PathBuf>,
-    /// Which of the codes.
+    /// Number of the code in that file, from 0.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "latent")]
     pub latent_index: usize,
 }

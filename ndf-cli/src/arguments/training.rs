@@ -54,8 +54,8 @@ struct Chosen {
     /// Weight of local conformality [default: 0].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = weight)]
     lambda_f: Option<f32>,
-    /// Bits of the features in the model file, the sign aside; other numbers follow [default: 8; paper: as
-    /// --lossless]. Training ends with the numbers rounded so.
+    /// Bits of the features in the model file, without the sign; other numbers follow [default: 8; paper: as
+    /// --lossless]. Training ends with rounded numbers.
     #[arg(long, value_name = "N", conflicts_with = "lossless", value_parser = bits)]
     bits: Option<u32>,
     /// Keep all numbers in single precision.

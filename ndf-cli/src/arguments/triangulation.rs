@@ -12,10 +12,10 @@ use super::numbers::length;
 pub struct TriangulationArguments {
     /// A mesh, or a model together with an edge length.
     pub input: PathBuf,
-    /// Length of the edges of a model's mesh, about, in the input's units.
+    /// Target edge length of the mesh extracted from a model, in the input's units.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length, conflicts_with = "relative_edge_length")]
     edge_length: Option<f64>,
-    /// The same where the base mesh fills the box [-1.5, 1.5]³.
+    /// The same in the box [-1.5, 1.5]³ that the base mesh fills.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
 }

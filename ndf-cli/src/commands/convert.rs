@@ -21,7 +21,7 @@ pub struct Arguments {
     /// units of the input (`.ply`, `.obj`, `.stl`).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Round features and weights, not the base mesh, without learning; `ndf fit --bits` learns with them rounded, which is better.
+    /// Round features and weights, without training; `ndf fit --bits` trains with rounded numbers, which is better.
     #[arg(long, value_name = "N", value_parser = bits)]
     bits: Option<u32>,
 }

@@ -18,12 +18,12 @@ use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
 pub struct Arguments {
     /// The model.
     model: PathBuf,
-    /// The mesh to write; the extension tells its format (.ply, .obj, .stl).
+    /// The mesh to write; the extension sets the format (.ply, .obj, .stl).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,
-    /// Only cut the base faces; do not improve the triangles.
+    /// Only subdivide the base faces; do not improve the triangles.
     #[arg(long)]
     no_refine: bool,
 }

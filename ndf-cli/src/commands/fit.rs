@@ -30,20 +30,20 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,
-    /// A base mesh to use instead of one that is made.
+    /// Use this base mesh instead of making one.
     #[arg(long, value_name = "FILE", conflicts_with = "base_faces")]
     base: Option<PathBuf>,
-    /// Points of the base mesh and where their images should be; lines of six numbers, in the input's units.
+    /// Anchors: a file with six numbers a line, a point of the base mesh and its target, in the input's units.
     #[arg(long, value_name = "FILE")]
     anchors: Option<PathBuf>,
     /// Where an interrupted run leaves its checkpoint [default: the model's name with .checkpoint]. If given, a run whose
     /// time is up leaves one beside its model, too.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Go on from a checkpoint, with its base mesh and settings; a time limit may be set anew.
+    /// Continue from a checkpoint, with its base mesh and settings; a new time limit may be set.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "Training"])]
     resume: Option<PathBuf>,
-    /// Write a line of JSON for every batch: losses, rate, share of flipped samples, times.
+    /// Write a line of JSON for every batch: losses, learning rate, share of flipped samples, times.
     #[arg(long, value_name = "FILE.jsonl")]
     log: Option<PathBuf>,
     /// Faces of the base mesh.

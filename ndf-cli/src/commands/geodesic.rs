@@ -37,10 +37,10 @@ pub struct Arguments {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = true)]
 struct Sources {
-    /// From the surface's point closest to this one; may be given several times.
+    /// Source: the surface's point closest to this one; may be given several times.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     source: Vec<DVec3>,
-    /// From the vertex of this number, counted from 0; may be given several times.
+    /// Source: the vertex with this number, counted from 0; may be given several times.
     #[arg(long, value_name = "I")]
     source_vertex: Vec<u32>,
 }

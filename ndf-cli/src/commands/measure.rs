@@ -13,11 +13,11 @@ use crate::output::{Failure, Outcome, readable, table};
 /// Arguments of `ndf measure`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// The mesh that is taken as the truth.
+    /// The reference mesh.
     reference: PathBuf,
-    /// The mesh to be judged.
+    /// The mesh to compare with it.
     mesh: PathBuf,
-    /// Samples on each mesh; vertices are measured besides.
+    /// Samples on each mesh; vertices are measured too.
     #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     samples: u32,
 }

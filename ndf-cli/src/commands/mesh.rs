@@ -19,7 +19,7 @@ use crate::output::{Failure, Outcome, check_place, grouped};
 pub struct Arguments {
     /// The surface to mesh.
     input: PathBuf,
-    /// The mesh to write; the extension tells its format (.ply, .obj, .stl).
+    /// The mesh to write; the extension sets the format (.ply, .obj, .stl).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]

@@ -21,28 +21,28 @@ use crate::output::{Failure, Outcome};
 /// What the program can be asked to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Show the whole way from an input, or a built-in shape, to a report with pictures
+    /// Fit an input or a built-in shape, extract, compute, and write a report with pictures
     Demo(demo::Arguments),
     /// Write a model in another form: smaller, as plain arrays, or only its base mesh
     Convert(convert::Arguments),
-    /// Learn a surface: a model of some twenty kilobytes
+    /// Learn a surface and write a model of some twenty kilobytes
     Fit(fit::Arguments),
-    /// Make a mesh of a model, as fine as is asked for
+    /// Extract a mesh from a model at any edge length
     Extract(extract::Arguments),
-    /// Measure distances over a surface, and find shortest paths
+    /// Compute geodesic distances and shortest paths
     Geodesic(geodesic::Arguments),
-    /// Tell what a file is: counts, topology, defects
+    /// Describe a file: counts, topology, defects
     Info(info::Arguments),
     /// Mesh a surface directly, without learning
     Mesh(mesh::Arguments),
-    /// Tell how far a mesh is from a reference, both ways
+    /// Measure the distance between a mesh and a reference, in both directions
     Measure(measure::Arguments),
-    /// Make a picture of a mesh
+    /// Render a picture of a mesh
     Render(render::Arguments),
     /// Scalar fields stored in a model
     #[command(subcommand)]
     Scalars(scalars::Arguments),
-    /// Smallest eigenvalues and eigenfunctions of the Laplacian
+    /// Compute the smallest eigenvalues and eigenfunctions of the Laplacian
     Spectrum(spectrum::Arguments),
     /// Write a built-in shape
     Sample(sample::Arguments),

@@ -22,13 +22,13 @@ pub struct Arguments {
     /// The picture: .png (shaded) or .exr (float layers: colour, depth, normal, scalar).
     #[arg(short, long, value_name = "IMAGE")]
     output: PathBuf,
-    /// Vertex scalar of the PLY file that colours the surface.
+    /// Colour the surface by this vertex scalar of the PLY file.
     #[arg(long, value_name = "NAME")]
     scalar: Option<String>,
-    /// Lines of equal value of the scalar.
+    /// Draw this many isolines of the scalar.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "scalar", value_parser = clap::value_parser!(u32).range(..=1000))]
     isolines: u32,
-    /// Side it is seen from, in degrees: around the axis that points up, and above the horizon.
+    /// Viewing direction in degrees: azimuth around the up axis, and elevation.
     #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = angles)]
     view: (f64, f64),
     /// The axis that points up.
@@ -43,7 +43,7 @@ pub struct Arguments {
     /// Shade every face by its own normal.
     #[arg(long)]
     flat: bool,
-    /// Leave out the scale of colours beside a PNG.
+    /// Leave out the colour legend of a PNG.
     #[arg(long, requires = "scalar")]
     no_legend: bool,
     /// Leave the background of a PNG transparent instead of white.

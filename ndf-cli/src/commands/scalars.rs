@@ -22,9 +22,9 @@ const VALUES: &str = "`ndf geodesic` and `ndf spectrum` write PLY files that hav
 /// What `ndf scalars` can be asked to do.
 #[derive(Debug, Subcommand)]
 pub enum Arguments {
-    /// Learn the scalars of a mesh near the model's surface, and store them in the model
+    /// Learn the scalars of a mesh near the model's surface and store them in the model
     Fit(FitArguments),
-    /// Make a mesh of a model, with the values of its scalars
+    /// Evaluate the scalars of a model on a mesh extracted from it
     Eval(EvalArguments),
 }
 
@@ -38,7 +38,7 @@ pub struct FitArguments {
     /// The model to write, with the scalars in it.
     #[arg(short, long, value_name = "OUT.ndf")]
     output: PathBuf,
-    /// Learn this scalar, not all of the file; may be repeated.
+    /// Learn this scalar only; may be given several times.
     #[arg(long, value_name = "NAME")]
     scalar: Vec<String>,
     /// Settings to start from.
@@ -50,8 +50,8 @@ pub struct FitArguments {
     /// Epochs [default: 12000; paper: 40000].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     epochs: Option<u32>,
-    /// Bits of the features in the model file, the sign aside; weights have four more [default: 9; paper: as --lossless].
-    /// Training ends with the numbers rounded so.
+    /// Bits of the features in the model file, without the sign; weights have four more [default: 9; paper: as --lossless].
+    /// Training ends with rounded numbers.
     #[arg(long, value_name = "N", conflicts_with = "lossless", value_parser = bits)]
     bits: Option<u32>,
     /// Keep all numbers in single precision.

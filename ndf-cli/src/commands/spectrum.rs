@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Shift of the operator that is factored; the eigenvalues do not depend on it.
     #[arg(long, value_name = "S", default_value_t = 1e-3, allow_negative_numbers = true, value_parser = length)]
     shift: f64,
-    /// Take the triangles as they are, without flips to the intrinsic Delaunay triangulation.
+    /// Use the triangles as they are, without flips to the intrinsic Delaunay triangulation.
     #[arg(long)]
     no_flips: bool,
 }
