@@ -1,6 +1,6 @@
 //! The windows of the wavefront: a list for every half-edge that has any, in buffers that are used again.
 
-use ndf_intrinsic::NO_HALFEDGE;
+use ndf_mesh::NO_HALFEDGE;
 
 use crate::envelope::merge;
 use crate::windows::Window;

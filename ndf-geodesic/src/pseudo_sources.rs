@@ -7,7 +7,8 @@
 
 use std::f64::consts::PI;
 
-use ndf_intrinsic::{IntrinsicMesh, NO_HALFEDGE};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::NO_HALFEDGE;
 
 use crate::unfolding::Shapes;
 use crate::windows::Window;

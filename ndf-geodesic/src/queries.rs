@@ -1,6 +1,6 @@
 //! Distances at any point, from the windows that were kept.
 
-use ndf_intrinsic::NO_HALFEDGE;
+use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{FacePoint, SurfacePoint};
 
 use crate::error::GeodesicError;

@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 
 use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, Geodesics, exact_distances};
-use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
+use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::Topology;
 use ndf_mesh::shapes;
 use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
 use rand::RngExt;
@@ -246,7 +247,7 @@ fn flat_torus(n: u32, m: u32, a: [f64; 2], b: [f64; 2]) -> IntrinsicMesh {
             twins.extend([6 * f + 2, 6 * at(i, j + 1), 6 * at(i + n - 1, j) + 1]);
         }
     }
-    let complex = DeltaComplex::from_gluing((n * m) as usize, &tails, &twins).unwrap();
+    let complex = Topology::from_gluing((n * m) as usize, &tails, &twins).unwrap();
     let step = |x: f64, y: f64| {
         (x * a[0] / f64::from(n) + y * b[0] / f64::from(m))
             .hypot(x * a[1] / f64::from(n) + y * b[1] / f64::from(m))
@@ -255,7 +256,7 @@ fn flat_torus(n: u32, m: u32, a: [f64; 2], b: [f64; 2]) -> IntrinsicMesh {
         [step(1.0, 0.0), step(0.0, 1.0), step(1.0, 1.0), step(1.0, 1.0), step(1.0, 0.0), step(0.0, 1.0)];
     let lengths =
         (0..complex.edge_count() as u32).map(|e| of_side[complex.edge_halfedge(e) as usize % 6]).collect();
-    IntrinsicMesh::new(complex, lengths, 1e-12).unwrap()
+    IntrinsicMesh::new(&complex, lengths, 1e-12).unwrap()
 }
 
 #[test]
@@ -368,16 +369,16 @@ fn symmetry_and_triangle_inequality() {
 fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
     let vertices = mesh.vertex_count();
     let mut positions = mesh.positions().to_vec();
-    for e in 0..mesh.edge_count() as u32 {
-        let [a, b] = mesh.edge_vertices(e).map(|v| mesh.positions()[v as usize]);
+    for e in 0..mesh.topology().edge_count() as u32 {
+        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v as usize]);
         positions.extend((1..=k).map(|i| a.lerp(b, i as f64 / (k + 1) as f64)));
     }
     let mut neighbours = vec![Vec::new(); positions.len()];
     for f in 0..mesh.face_count() as u32 {
         let on_rim: Vec<usize> = (0..3)
             .flat_map(|c| {
-                let e = mesh.halfedge_edge(3 * f + c) as usize;
-                std::iter::once(mesh.tail(3 * f + c) as usize)
+                let e = mesh.topology().halfedge_edge(3 * f + c) as usize;
+                std::iter::once(mesh.topology().tail(3 * f + c) as usize)
                     .chain((0..k).map(move |i| vertices + e * k + i))
             })
             .collect();

@@ -127,8 +127,8 @@ impl<'t, 'm> Builder<'t, 'm> {
             triangulation.coordinates.strip(&triangulation.base, mesh.edge_halfedge(edge), &mut strip);
             for q in 0..strip.crossings() {
                 let crossing = strip.crossing(q);
-                let input_edge = input.halfedge_edge(crossing.input_halfedge);
-                let canonical = input.edge_halfedge(input_edge) == crossing.input_halfedge;
+                let input_edge = input.topology().halfedge_edge(crossing.input_halfedge);
+                let canonical = input.topology().edge_halfedge(input_edge) == crossing.input_halfedge;
                 let t = if canonical { crossing.along_input } else { 1.0 - crossing.along_input };
                 points.push(CommonPoint {
                     input: SurfacePoint::Edge { edge: input_edge, t },

@@ -142,7 +142,7 @@ impl Flip for IntrinsicMesh {
     #[inline]
     fn flip(&mut self, edge: u32, length: f64) -> bool {
         let h = self.edge_halfedge(edge);
-        self.complex.flip(h);
+        self.topology.flip(h);
         self.lengths[edge as usize] = length;
         true
     }
@@ -170,7 +170,7 @@ impl Flip for IntegerCoordinates<'_> {
 #[inline]
 pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: u32) -> [u32; 4] {
     let h = mesh.edge_halfedge(edge);
-    let t = mesh.halfedges[h as usize].twin;
+    let t = mesh.raw_twin(h);
     [mesh.next(h), mesh.previous(h), mesh.next(t), mesh.previous(t)].map(|h| mesh.halfedge_edge(h))
 }
 

@@ -39,13 +39,13 @@ struct CurveFans {
 impl CurveFans {
     fn of(input: &ManifoldMesh) -> Self {
         let mut offsets = Vec::with_capacity(input.vertex_count() + 1);
-        let mut curves = Vec::with_capacity(input.halfedge_count());
+        let mut curves = Vec::with_capacity(input.topology().halfedge_count());
         let mut moduli = Vec::with_capacity(input.vertex_count());
         offsets.push(0);
         for v in 0..input.vertex_count() as u32 {
-            curves.extend(input.outgoing(v).filter(|&h| input.twin(h).is_some()));
+            curves.extend(input.topology().outgoing(v).filter(|&h| input.topology().twin(h).is_some()));
             let count = curves.len() as u32 - offsets[v as usize];
-            moduli.push(if input.is_boundary_vertex(v) { OPEN } else { count });
+            moduli.push(if input.topology().is_boundary_vertex(v) { OPEN } else { count });
             offsets.push(curves.len() as u32);
         }
         Self { offsets, curves, moduli }
@@ -60,10 +60,10 @@ impl<'m> IntegerCoordinates<'m> {
         for v in 0..input.vertex_count() {
             let range = fans.offsets[v] as usize..fans.offsets[v + 1] as usize;
             for (index, &h) in fans.curves[range].iter().enumerate() {
-                mesh.complex.halfedges[h as usize].roundabout = index as u32;
+                mesh.topology.set_data(h, index as u32);
             }
         }
-        let normal = (0..input.edge_count() as u32)
+        let normal = (0..input.topology().edge_count() as u32)
             .map(|e| if mesh.is_boundary_edge(e) { 0 } else { COINCIDENT })
             .collect();
         Self { input, mesh, normal, places: Vec::new(), fans }
@@ -93,7 +93,7 @@ impl<'m> IntegerCoordinates<'m> {
     /// # Panics
     /// If the half-edge does not exist.
     pub fn roundabout(&self, halfedge: u32) -> u32 {
-        self.mesh.complex.halfedges[halfedge as usize].roundabout
+        self.mesh.data(halfedge)
     }
 
     /// Whether a vertex was inserted.
@@ -109,13 +109,13 @@ impl<'m> IntegerCoordinates<'m> {
 
     #[inline]
     pub(crate) fn halfedge_normal(&self, halfedge: u32) -> i32 {
-        self.normal[self.mesh.complex.halfedge_edge(halfedge) as usize]
+        self.normal[self.mesh.halfedge_edge(halfedge) as usize]
     }
 
     /// The arcs in the face of a half-edge, sides numbered from it.
     #[inline]
     pub(crate) fn arcs_from(&self, halfedge: u32) -> Arcs {
-        let (next, last) = (self.mesh.complex.next(halfedge), self.mesh.complex.previous(halfedge));
+        let (next, last) = (self.mesh.next(halfedge), self.mesh.previous(halfedge));
         Arcs::new([halfedge, next, last].map(|h| self.halfedge_normal(h)))
     }
 
@@ -134,7 +134,7 @@ impl<'m> IntegerCoordinates<'m> {
     pub(crate) fn roundabout_within(&self, halfedge: u32, clockwise: i32) -> u32 {
         let coincident = i32::from(self.halfedge_normal(halfedge) == COINCIDENT);
         let index = self.roundabout(halfedge) + (coincident + clockwise) as u32;
-        self.wrapped(self.mesh.complex.tail(halfedge), index)
+        self.wrapped(self.mesh.tail(halfedge), index)
     }
 
     /// The input half-edge that curve `index` around input vertex `vertex` leaves by.
@@ -146,10 +146,10 @@ impl<'m> IntegerCoordinates<'m> {
     /// The input face on the left of a half-edge that leaves an input vertex between two curves, and does not
     /// run along one.
     pub(crate) fn wedge_face(&self, halfedge: u32) -> u32 {
-        let v = self.mesh.complex.tail(halfedge);
+        let v = self.mesh.tail(halfedge);
         let modulus = self.fans.moduli[v as usize];
         let before = match (self.roundabout(halfedge), modulus) {
-            (0, OPEN) => self.input.vertex_halfedge(v),
+            (0, OPEN) => self.input.topology().vertex_halfedge(v),
             (0, count) => self.curve(v, count - 1),
             (index, _) => self.curve(v, index - 1),
         };
@@ -159,15 +159,15 @@ impl<'m> IntegerCoordinates<'m> {
     /// Flips an edge with two different faces and gives it a new length.
     #[inline]
     pub(crate) fn flip(&mut self, edge: u32, length: f64) {
-        let h = self.mesh.complex.edge_halfedge(edge);
-        let t = self.mesh.complex.halfedges[h as usize].twin;
+        let h = self.mesh.edge_halfedge(edge);
+        let t = self.mesh.raw_twin(h);
         let (left, right) = (self.arcs_from(h), self.arcs_from(t));
         let new = flipped(&left, &right, self.normal[edge as usize] == COINCIDENT);
-        let at_k = self.roundabout_within(self.mesh.complex.previous(h), new.between_ki_and_kl);
-        let at_l = self.roundabout_within(self.mesh.complex.previous(t), new.between_lj_and_lk);
-        let [from_l, from_k] = self.mesh.complex.flip(h);
-        self.mesh.complex.halfedges[from_l as usize].roundabout = at_l;
-        self.mesh.complex.halfedges[from_k as usize].roundabout = at_k;
+        let at_k = self.roundabout_within(self.mesh.previous(h), new.between_ki_and_kl);
+        let at_l = self.roundabout_within(self.mesh.previous(t), new.between_lj_and_lk);
+        let [from_l, from_k] = self.mesh.topology.flip(h);
+        self.mesh.topology.set_data(from_l, at_l);
+        self.mesh.topology.set_data(from_k, at_k);
         self.normal[edge as usize] = new.normal;
         self.mesh.lengths[edge as usize] = length;
     }
@@ -183,14 +183,14 @@ impl<'m> IntegerCoordinates<'m> {
     ) -> u32 {
         let roundabouts =
             [0, 1, 2].map(|c| self.roundabout_within(3 * face + c, region.clockwise[c as usize]));
-        let spokes = self.mesh.complex.insert_in_face(face);
+        let spokes = self.mesh.topology.insert_in_face(face);
         for (spoke, roundabout) in spokes.into_iter().zip(roundabouts) {
-            self.mesh.complex.halfedges[spoke as usize].roundabout = roundabout;
+            self.mesh.topology.set_data(spoke, roundabout);
         }
         self.normal.extend(region.crossings);
         self.mesh.lengths.extend(lengths);
         self.places.push(place);
-        self.mesh.complex.vertex_count() as u32 - 1
+        self.mesh.vertex_count() as u32 - 1
     }
 
     /// Splits the edge of `halfedge`, i → j between k on its left and l on its right, after `segment` crossings
@@ -206,12 +206,12 @@ impl<'m> IntegerCoordinates<'m> {
         place: FacePoint,
         lengths: [f64; 4],
     ) -> u32 {
-        let (h, t) = (halfedge, self.mesh.complex.twin(halfedge));
-        let edge = self.mesh.complex.halfedge_edge(h);
+        let (h, t) = (halfedge, self.mesh.twin(halfedge));
+        let edge = self.mesh.halfedge_edge(h);
         let n = self.normal[edge as usize];
         let along = n == COINCIDENT;
         let left = self.arcs_from(h).region_at_side(0, segment);
-        let (hp, at_i) = (self.mesh.complex.previous(h), self.roundabout_within(h, 0));
+        let (hp, at_i) = (self.mesh.previous(h), self.roundabout_within(h, 0));
         let at_k = self.roundabout_within(hp, left.clockwise[2]);
         let right = t.map(|t| {
             let arcs = if t == self.mesh.next(h) {
@@ -221,13 +221,13 @@ impl<'m> IntegerCoordinates<'m> {
                 self.arcs_from(t)
             };
             let region = arcs.region_at_side(0, n.max(0) - segment);
-            let at_l = self.roundabout_within(self.mesh.complex.previous(t), region.clockwise[2]);
+            let at_l = self.roundabout_within(self.mesh.previous(t), region.clockwise[2]);
             (region.crossings[2], at_l)
         });
-        let ([_, to_k], to_l) = self.mesh.complex.split_edge(h);
+        let ([_, to_k], to_l) = self.mesh.topology.split_edge(h);
         if along {
             // Left of the curve: counter-clockwise of it at i, clockwise of it at j.
-            self.mesh.complex.halfedges[h as usize].roundabout = at_i;
+            self.mesh.topology.set_data(h, at_i);
         }
         self.set_incoming_roundabout(to_k, at_k);
         let before = if along { 0 } else { segment };
@@ -241,26 +241,26 @@ impl<'m> IntegerCoordinates<'m> {
             self.mesh.lengths.push(lengths[3]);
         }
         self.places.push(place);
-        self.mesh.complex.vertex_count() as u32 - 1
+        self.mesh.vertex_count() as u32 - 1
     }
 
     fn set_incoming_roundabout(&mut self, outgoing: u32, roundabout: u32) {
-        let incoming = self.mesh.complex.halfedges[outgoing as usize].twin;
-        self.mesh.complex.halfedges[incoming as usize].roundabout = roundabout;
+        let incoming = self.mesh.raw_twin(outgoing);
+        self.mesh.topology.set_data(incoming, roundabout);
     }
 
     /// Whether an inserted vertex is ready to go: three faces around it, or two on the boundary, all different.
     pub(crate) fn is_removable(&self, vertex: u32) -> bool {
         let mut faces = [u32::MAX; 4];
         let mut count = 0;
-        for h in self.mesh.complex.outgoing(vertex) {
+        for h in self.mesh.outgoing(vertex) {
             if count == 4 || faces.contains(&(h / 3)) {
                 return false;
             }
             faces[count] = h / 3;
             count += 1;
         }
-        count == if self.mesh.complex.is_boundary_vertex(vertex) { 2 } else { 3 }
+        count == if self.mesh.is_boundary_vertex(vertex) { 2 } else { 3 }
     }
 
     /// Whether curves stay taut when an inserted vertex that [is removable](Self::is_removable) goes: none may
@@ -271,7 +271,7 @@ impl<'m> IntegerCoordinates<'m> {
             return true;
         }
         self.mesh.outgoing(vertex).all(|h| {
-            let t = self.mesh.halfedges[h as usize].twin;
+            let t = self.mesh.raw_twin(h);
             let (left, right) = (self.arcs_from(h), self.arcs_from(t));
             let turns = left.cutting[0] > 0 && right.cutting[1] > 0;
             let through = flipped(&left, &right, false).normal == COINCIDENT;
@@ -282,15 +282,15 @@ impl<'m> IntegerCoordinates<'m> {
     /// Removes an inserted vertex that [is removable](Self::is_removable); the last vertex takes its number. On
     /// the boundary, where it lies straight between its neighbours, their lengths add up.
     pub(crate) fn remove(&mut self, vertex: u32) {
-        let (edges, count) = if self.mesh.complex.is_boundary_vertex(vertex) {
+        let (edges, count) = if self.mesh.is_boundary_vertex(vertex) {
             let along = self.mesh.vertex_halfedge(vertex);
-            let inward = self.mesh.halfedges[self.mesh.previous(along) as usize].twin;
+            let inward = self.mesh.raw_twin(self.mesh.previous(along));
             let kept = self.mesh.halfedge_edge(self.mesh.previous(inward));
             self.mesh.lengths[kept as usize] += self.mesh.halfedge_length(along);
-            let [a, b] = self.mesh.complex.remove_boundary_degree_two(vertex);
+            let [a, b] = self.mesh.topology.remove_boundary_degree_two(vertex);
             ([a, b, u32::MAX], 2)
         } else {
-            (self.mesh.complex.remove_degree_three(vertex), 3)
+            (self.mesh.topology.remove_degree_three(vertex), 3)
         };
         for &e in &edges[..count] {
             self.normal.swap_remove(e as usize);

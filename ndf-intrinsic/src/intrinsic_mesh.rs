@@ -2,20 +2,20 @@
 
 use std::ops::Deref;
 
-use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{ManifoldMesh, Topology, TopologyError};
 use rayon::prelude::*;
 
-use crate::delta_complex::{DeltaComplex, TopologyError};
 use crate::triangle;
 
-/// An oriented [`DeltaComplex`] with a length for every edge: a polyhedral surface that needs no embedding.
+/// An oriented Δ-complex with a length for every edge: a polyhedral surface that needs no embedding.
 ///
-/// Dereferences to its connectivity. Invariant: every length is finite and not negative. Whether the triangle
+/// Dereferences to its connectivity, which keeps [roundabouts](crate::normal_coordinates) beside the half-edges (0
+/// where the mesh does not lie on another). Invariant: every length is finite and not negative. Whether the triangle
 /// inequality holds in every face is a property of the input: see [`slack`](Self::slack) and
 /// [`mollify`](Self::mollify).
 #[derive(Clone, Debug)]
 pub struct IntrinsicMesh {
-    pub(crate) complex: DeltaComplex,
+    pub(crate) topology: Topology<u32>,
     pub(crate) lengths: Vec<f64>,
 }
 
@@ -68,10 +68,10 @@ pub struct Mollification {
 pub const DELAUNAY_TOLERANCE: f64 = 1e-9;
 
 impl Deref for IntrinsicMesh {
-    type Target = DeltaComplex;
+    type Target = Topology<u32>;
 
-    fn deref(&self) -> &DeltaComplex {
-        &self.complex
+    fn deref(&self) -> &Topology<u32> {
+        &self.topology
     }
 }
 
@@ -80,11 +80,11 @@ impl IntrinsicMesh {
     pub fn of_mesh(mesh: &ManifoldMesh) -> Self {
         let p = mesh.positions();
         let length = |e| {
-            let [a, b] = mesh.edge_vertices(e);
+            let [a, b] = mesh.topology().edge_vertices(e);
             p[a as usize].distance(p[b as usize])
         };
-        let lengths = (0..mesh.edge_count() as u32).map(length).collect();
-        Self { complex: DeltaComplex::of_mesh(mesh), lengths }
+        let lengths = (0..mesh.topology().edge_count() as u32).map(length).collect();
+        Self { topology: mesh.topology().with_data(0), lengths }
     }
 
     /// A mesh of a connectivity and one length for each of its edges.
@@ -94,17 +94,17 @@ impl IntrinsicMesh {
     ///
     /// # Errors
     /// If a length is missing, negative or not finite, or the triangle inequality fails by more.
-    pub fn new(complex: DeltaComplex, lengths: Vec<f64>, tolerance: f64) -> Result<Self, IntrinsicMeshError> {
-        if lengths.len() != complex.edge_count() {
+    pub fn new(topology: &Topology, lengths: Vec<f64>, tolerance: f64) -> Result<Self, IntrinsicMeshError> {
+        if lengths.len() != topology.edge_count() {
             return Err(IntrinsicMeshError::LengthCount {
                 found: lengths.len(),
-                expected: complex.edge_count(),
+                expected: topology.edge_count(),
             });
         }
         if let Some(e) = lengths.iter().position(|l| !(l.is_finite() && *l >= 0.0)) {
             return Err(IntrinsicMeshError::Length { edge: e as u32, length: lengths[e] });
         }
-        let mesh = Self { complex, lengths };
+        let mesh = Self { topology: topology.with_data(0), lengths };
         for face in 0..mesh.face_count() as u32 {
             let sides = mesh.sides(face);
             if triangle::slack(sides) < -tolerance * sides.iter().sum::<f64>() {
@@ -115,8 +115,8 @@ impl IntrinsicMesh {
     }
 
     /// Connectivity without lengths.
-    pub fn complex(&self) -> &DeltaComplex {
-        &self.complex
+    pub fn topology(&self) -> &Topology<u32> {
+        &self.topology
     }
 
     /// Lengths of all edges.
@@ -315,8 +315,8 @@ mod tests {
     fn mollification_does_nothing_to_good_meshes_and_mends_flat_faces() {
         let mut good = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(1)).unwrap());
         assert_eq!(good.mollify(1e-8), Mollification { added: 0.0, relative: 0.0, faces: 0 });
-        let complex = DeltaComplex::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
-        let mut flat = IntrinsicMesh::new(complex, vec![1.0, 1.0, 2.0], 0.0).unwrap();
+        let complex = Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let mut flat = IntrinsicMesh::new(&complex, vec![1.0, 1.0, 2.0], 0.0).unwrap();
         assert_eq!(flat.slack(), 0.0);
         let report = flat.mollify(1e-6);
         assert_eq!(report.faces, 2);
@@ -326,8 +326,8 @@ mod tests {
 
     #[test]
     fn bad_lengths_are_refused() {
-        let complex = || DeltaComplex::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
-        let error = |l: &[f64]| IntrinsicMesh::new(complex(), l.to_vec(), 1e-12).unwrap_err();
+        let complex = || Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let error = |l: &[f64]| IntrinsicMesh::new(&complex(), l.to_vec(), 1e-12).unwrap_err();
         assert!(matches!(error(&[1.0]), IntrinsicMeshError::LengthCount { .. }));
         assert!(matches!(error(&[1.0, f64::NAN, 1.0]), IntrinsicMeshError::Length { edge: 1, .. }));
         assert!(matches!(error(&[1.0, 1.0, -1.0]), IntrinsicMeshError::Length { edge: 2, .. }));

@@ -8,11 +8,8 @@
 //!
 //! The same input gives the same output on any number of threads.
 
-mod collapses;
 pub mod common_subdivision;
 pub mod delaunay;
-pub mod delta_complex;
-mod edits;
 pub mod extraction;
 pub mod integer_coordinates;
 pub mod intrinsic_mesh;
@@ -27,7 +24,6 @@ mod walking;
 
 pub use common_subdivision::{CommonPoint, CommonSubdivision};
 pub use delaunay::DelaunayReport;
-pub use delta_complex::{DeltaComplex, NO_HALFEDGE, TopologyError};
 pub use extraction::{Extraction, ExtractionError, ExtractionOptions, ExtractionReport, extract};
 pub use integer_coordinates::IntegerCoordinates;
 pub use intrinsic_mesh::{IntrinsicMesh, IntrinsicMeshError, Mollification};

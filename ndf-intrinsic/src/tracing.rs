@@ -18,15 +18,15 @@ impl IntegerCoordinates<'_> {
     #[inline]
     fn step(&self, halfedge: u32, index: i32) -> Step {
         let arcs = self.arcs_from(halfedge);
-        let (next, last) = (self.mesh.complex.next(halfedge), self.mesh.complex.previous(halfedge));
-        let twin = |h: u32| self.mesh.complex.halfedges[h as usize].twin;
+        let (next, last) = (self.mesh.next(halfedge), self.mesh.previous(halfedge));
+        let twin = |h: u32| self.mesh.raw_twin(h);
         if index < arcs.cutting[0] {
             Step::Enter(twin(last), index)
         } else if index >= arcs.crossings[0] - arcs.cutting[1] {
             Step::Enter(twin(next), arcs.crossings[1] - arcs.crossings[0] + index)
         } else {
             let curve = self.roundabout_within(last, index - arcs.cutting[0]);
-            Step::End(self.curve(self.mesh.complex.tail(last), curve))
+            Step::End(self.curve(self.mesh.tail(last), curve))
         }
     }
 
@@ -35,12 +35,12 @@ impl IntegerCoordinates<'_> {
     pub(crate) fn crossing_curve(&self, halfedge: u32, index: i32) -> u32 {
         let n = self.halfedge_normal(halfedge);
         let mut forward = (halfedge, index);
-        let twin = self.mesh.complex.twin(halfedge).expect("no curve crosses the boundary");
+        let twin = self.mesh.twin(halfedge).expect("no curve crosses the boundary");
         let mut backward = (twin, n - 1 - index);
         loop {
             match self.step(forward.0, forward.1) {
                 Step::Enter(h, q) => forward = (h, q),
-                Step::End(out) => return self.input.twin(out).expect("curves are inner edges"),
+                Step::End(out) => return self.input.topology().twin(out).expect("curves are inner edges"),
             }
             match self.step(backward.0, backward.1) {
                 Step::Enter(h, q) => backward = (h, q),
@@ -65,17 +65,17 @@ impl IntegerCoordinates<'_> {
     /// # Panics
     /// If `along` is on the boundary of the input.
     pub fn trace_input(&self, along: u32) -> Vec<(u32, i32)> {
-        assert!(self.input.twin(along).is_some(), "boundary edges are no curves");
-        let v = self.input.tail(along);
+        assert!(self.input.topology().twin(along).is_some(), "boundary edges are no curves");
+        let v = self.input.topology().tail(along);
         let mut path = Vec::new();
-        for h in self.mesh.complex.outgoing(v) {
+        for h in self.mesh.outgoing(v) {
             if self.halfedge_normal(h) == COINCIDENT && self.curve(v, self.roundabout(h)) == along {
                 return path;
             }
             let arcs = self.arcs_from(h);
             for m in 0..arcs.emanating[0] {
                 if self.curve(v, self.roundabout_within(h, m)) == along {
-                    let across = self.mesh.complex.halfedges[self.mesh.complex.next(h) as usize].twin;
+                    let across = self.mesh.raw_twin(self.mesh.next(h));
                     // Counted from the other end of the side.
                     let mut at = (across, arcs.crossings[1] - 1 - arcs.cutting[1] - m);
                     loop {
@@ -83,7 +83,11 @@ impl IntegerCoordinates<'_> {
                         match self.step(at.0, at.1) {
                             Step::Enter(h, q) => at = (h, q),
                             Step::End(out) => {
-                                debug_assert_eq!(Some(out), self.input.twin(along), "curves keep their ends");
+                                debug_assert_eq!(
+                                    Some(out),
+                                    self.input.topology().twin(along),
+                                    "curves keep their ends"
+                                );
                                 return path;
                             }
                         }
@@ -113,9 +117,9 @@ impl IntegerCoordinates<'_> {
     /// on its left where it runs along an input edge.
     pub(crate) fn first_face(&self, halfedge: u32) -> u32 {
         if self.halfedge_normal(halfedge) == COINCIDENT {
-            return self.curve(self.mesh.complex.tail(halfedge), self.roundabout(halfedge)) / 3;
+            return self.curve(self.mesh.tail(halfedge), self.roundabout(halfedge)) / 3;
         }
-        let ends = [self.mesh.complex.tail(halfedge), self.mesh.complex.tip(halfedge)];
+        let ends = [self.mesh.tail(halfedge), self.mesh.tip(halfedge)];
         match (self.inserted_place(ends[0]), self.inserted_place(ends[1])) {
             (Some(place), _) => place.face,
             (None, Some(place)) if self.halfedge_normal(halfedge) == 0 => place.face,
@@ -126,7 +130,7 @@ impl IntegerCoordinates<'_> {
     /// Lays out the input faces that a half-edge passes.
     pub(crate) fn strip(&self, input: &IntrinsicMesh, halfedge: u32, strip: &mut Strip) {
         strip.frames.clear();
-        let (tail, tip) = (self.mesh.complex.tail(halfedge), self.mesh.complex.tip(halfedge));
+        let (tail, tip) = (self.mesh.tail(halfedge), self.mesh.tip(halfedge));
         let n = self.halfedge_normal(halfedge);
         if n <= 0 {
             let from = 3 * self.first_face(halfedge);

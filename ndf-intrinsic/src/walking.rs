@@ -73,7 +73,7 @@ impl IntrinsicTriangulation<'_> {
         let mut angle = offset + local[1].atan2(local[0]);
         let mesh = self.mesh();
         // Counter-clockwise to the corner the direction lies in. Once around is more than enough.
-        for _ in 0..=mesh.outgoing(self.input().tail(along)).count() {
+        for _ in 0..=mesh.outgoing(self.input().topology().tail(along)).count() {
             let corner = mesh.corner_angle(h);
             if angle <= corner {
                 break;
@@ -90,15 +90,15 @@ impl IntrinsicTriangulation<'_> {
         match walk(mesh, Frame::first(mesh, h), [0.0; 2], target) {
             // The target lies on the boundary at most: beyond it only by rounding.
             WalkEnd::Inside(place) | WalkEnd::Boundary(_, place) => SurfacePoint::Face(place),
-            WalkEnd::Lost => SurfacePoint::Vertex(self.input().tail(along)),
+            WalkEnd::Lost => SurfacePoint::Vertex(self.input().topology().tail(along)),
         }
     }
 
     /// The half-edge at or clockwise before an input half-edge around its tail, and the angle between the two.
     fn direction_of(&self, along: u32) -> (u32, f64) {
         let (mesh, coordinates) = (self.mesh(), &self.coordinates);
-        let v = self.input().tail(along);
-        if self.input().twin(along).is_none() {
+        let v = self.input().topology().tail(along);
+        if self.input().topology().twin(along).is_none() {
             return (mesh.vertex_halfedge(v), 0.0);
         }
         let path = coordinates.trace_input(along);

@@ -35,7 +35,10 @@ fn every_promise_is_kept() {
             let report = extraction.report;
             eprintln!("{name}, h {h}: {report:?}");
             assert!(report.holds());
-            assert_eq!(extraction.mesh.euler_characteristic(), field.base().euler_characteristic());
+            assert_eq!(
+                extraction.mesh.topology().euler_characteristic(),
+                field.base().topology().euler_characteristic()
+            );
             assert!(extraction.intrinsic.is_delaunay());
             assert_eq!(extraction.origins.len(), extraction.mesh.vertex_count());
             for (p, q) in extraction.mesh.positions().iter().zip(field.map(&extraction.origins)) {

@@ -27,7 +27,10 @@ fn assert_agreement(
         let (mut crossed, end) = signposts.trace(h);
         // A straight line does not cross an edge of the vertex where it ends; walks do by rounding, all but there.
         let tip = mesh.tip(h);
-        while crossed.last().is_some_and(|&c| [input.tail(c), input.tip(c)].contains(&tip)) {
+        while crossed
+            .last()
+            .is_some_and(|&c| [input.topology().tail(c), input.topology().tip(c)].contains(&tip))
+        {
             crossed.pop();
         }
         let trace: Vec<u32> = triangulation.trace_edge(e).iter().map(|c| c.input_halfedge).collect();

@@ -213,7 +213,8 @@ fn what_cannot_be_done_is_an_error() {
     let mesh = manifold(shapes::grid(3, 3));
     let mut triangulation = IntrinsicTriangulation::new(&mesh);
     assert_eq!(triangulation.remove(3), Err(RemoveError::OfInput(3)));
-    let boundary = (0..mesh.edge_count() as u32).find(|&e| triangulation.mesh().is_boundary_edge(e)).unwrap();
+    let boundary =
+        (0..mesh.topology().edge_count() as u32).find(|&e| triangulation.mesh().is_boundary_edge(e)).unwrap();
     assert_eq!(triangulation.flip(boundary), Err(FlipError::NotTwoFaces(boundary)));
     assert_eq!(triangulation.insert(SurfacePoint::Vertex(1)), Err(InsertError::IsVertex(1)));
     assert_eq!(

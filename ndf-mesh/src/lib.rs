@@ -3,6 +3,7 @@
 //! [distances](metrics).
 
 mod face_point;
+pub mod halfedge;
 pub mod hierarchy;
 pub mod io;
 mod manifold;
@@ -17,7 +18,8 @@ pub mod triangle_tree;
 mod validation;
 
 pub use face_point::FacePoint;
-pub use manifold::{ManifoldMesh, NO_HALFEDGE, NotManifold};
+pub use halfedge::{NO_HALFEDGE, Topology, TopologyError};
+pub use manifold::{ManifoldMesh, NotManifold};
 pub use surface_point::SurfacePoint;
 pub use triangle_mesh::{FaceIndexOutOfRange, TriangleMesh};
 pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};

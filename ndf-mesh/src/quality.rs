@@ -50,9 +50,11 @@ const DELAUNAY_TOLERANCE: f64 = 1e-9;
 impl Quality {
     /// Measures a mesh, over all threads. O(n).
     pub fn of(mesh: &ManifoldMesh) -> Self {
-        let edges: Vec<EdgeFigures> = (0..mesh.edge_count().div_ceil(CHUNK))
+        let edges: Vec<EdgeFigures> = (0..mesh.topology().edge_count().div_ceil(CHUNK))
             .into_par_iter()
-            .map(|chunk| EdgeFigures::of(mesh, chunk * CHUNK..mesh.edge_count().min((chunk + 1) * CHUNK)))
+            .map(|chunk| {
+                EdgeFigures::of(mesh, chunk * CHUNK..mesh.topology().edge_count().min((chunk + 1) * CHUNK))
+            })
             .collect();
         // In order, so that the sum does not depend on the number of threads.
         let all = edges.into_iter().fold(EdgeFigures::NONE, EdgeFigures::and);
@@ -70,7 +72,7 @@ impl Quality {
         Self {
             edge_length: Spread {
                 min: all.shortest,
-                mean: all.length / mesh.edge_count() as f64,
+                mean: all.length / mesh.topology().edge_count() as f64,
                 max: all.longest,
             },
             min_angle_deg: SmallestAngles { min: quantile(0.0), p5: quantile(0.05), median: quantile(0.5) },
@@ -100,13 +102,13 @@ impl EdgeFigures {
     fn of(mesh: &ManifoldMesh, edges: Range<usize>) -> Self {
         let mut figures = Self::NONE;
         for e in edges {
-            let h = mesh.edge_halfedge(e as u32);
-            let [a, b] = mesh.edge_vertices(e as u32).map(|v| mesh.positions()[v as usize]);
+            let h = mesh.topology().edge_halfedge(e as u32);
+            let [a, b] = mesh.topology().edge_vertices(e as u32).map(|v| mesh.positions()[v as usize]);
             let length = a.distance(b);
             figures.shortest = figures.shortest.min(length);
             figures.longest = figures.longest.max(length);
             figures.length += length;
-            if let Some(twin) = mesh.twin(h) {
+            if let Some(twin) = mesh.topology().twin(h) {
                 let opposite = [opposite(mesh, h), opposite(mesh, twin)];
                 let acute = opposite.iter().all(|(u, v)| u.dot(*v) >= 0.0);
                 let delaunay = acute || opposite.map(cotangent).iter().sum::<f64>() >= -DELAUNAY_TOLERANCE;
@@ -143,9 +145,9 @@ fn greatest_cotangent(mesh: &ManifoldMesh, face: u32) -> f64 {
 
 /// The vectors to a half-edge's ends from the corner opposite to it in its face.
 fn opposite(mesh: &ManifoldMesh, halfedge: u32) -> (DVec3, DVec3) {
-    let at = |h: u32| mesh.positions()[mesh.tail(h) as usize];
-    let apex = at(mesh.previous(halfedge));
-    (at(halfedge) - apex, at(mesh.next(halfedge)) - apex)
+    let at = |h: u32| mesh.positions()[mesh.topology().tail(h) as usize];
+    let apex = at(mesh.topology().previous(halfedge));
+    (at(halfedge) - apex, at(mesh.topology().next(halfedge)) - apex)
 }
 
 /// Cotangent of the angle between two vectors; in a face without area −∞ opposite to its longest side and +∞

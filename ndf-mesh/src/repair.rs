@@ -362,8 +362,8 @@ mod tests {
         positions.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|p| 1.5 * p));
         faces.push([last, last + 1, last + 2]);
         let result = mended(&TriangleMesh::new(positions, faces).unwrap()).unwrap();
-        assert_eq!(result.mesh.euler_characteristic(), 0);
-        assert_eq!(result.mesh.boundary_edge_count(), 0);
+        assert_eq!(result.mesh.topology().euler_characteristic(), 0);
+        assert_eq!(result.mesh.topology().boundary_edge_count(), 0);
         assert!(result.mesh.signed_volume() > 0.0);
         assert_eq!(result.notes.len(), 4, "{:?}", result.notes);
     }
@@ -396,7 +396,9 @@ mod tests {
             p + 1e-9 * DVec3::new((k * 1.3_f64).sin(), (k * 2.1_f64).cos(), (k * 0.7_f64).sin())
         });
         let noisy = TriangleMesh::new(noisy.collect(), faces).unwrap();
-        assert!(ManifoldMesh::try_from(welded(&noisy, 0.0)).is_ok_and(|m| m.boundary_edge_count() > 0));
+        assert!(
+            ManifoldMesh::try_from(welded(&noisy, 0.0)).is_ok_and(|m| m.topology().boundary_edge_count() > 0)
+        );
         let near = welded(&noisy, 1e-7);
         assert_eq!(near.vertex_count(), mesh.vertex_count());
         assert!(ManifoldMesh::try_from(near).is_ok());

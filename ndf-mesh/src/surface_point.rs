@@ -32,7 +32,7 @@ impl SurfacePoint {
         match *self {
             Self::Vertex(v) => mesh.positions()[v as usize],
             Self::Edge { edge, t } => {
-                let [a, b] = mesh.edge_vertices(edge);
+                let [a, b] = mesh.topology().edge_vertices(edge);
                 mesh.positions()[a as usize].lerp(mesh.positions()[b as usize], t)
             }
             Self::Face(point) => point.position(mesh),
@@ -45,8 +45,8 @@ impl SurfacePoint {
     /// If the element does not exist in `mesh`.
     pub fn in_some_face(&self, mesh: &ManifoldMesh) -> FacePoint {
         match *self {
-            Self::Vertex(v) => FacePoint::at_corner(mesh.vertex_halfedge(v)),
-            Self::Edge { edge, t } => FacePoint::on_halfedge(mesh.edge_halfedge(edge), t),
+            Self::Vertex(v) => FacePoint::at_corner(mesh.topology().vertex_halfedge(v)),
+            Self::Edge { edge, t } => FacePoint::on_halfedge(mesh.topology().edge_halfedge(edge), t),
             Self::Face(point) => point,
         }
     }
@@ -73,8 +73,8 @@ impl SurfacePoint {
     }
 
     fn on_halfedge(mesh: &ManifoldMesh, halfedge: u32, t: f64) -> Self {
-        let edge = mesh.halfedge_edge(halfedge);
-        let t = if mesh.edge_halfedge(edge) == halfedge { t } else { 1.0 - t };
+        let edge = mesh.topology().halfedge_edge(halfedge);
+        let t = if mesh.topology().edge_halfedge(edge) == halfedge { t } else { 1.0 - t };
         Self::Edge { edge, t }
     }
 }

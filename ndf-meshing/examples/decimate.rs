@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let angles = triangle_shape::smallest_angles(&base.mesh);
     let degrees = |share: f64| angles[(share * (angles.len() - 1) as f64) as usize].to_degrees();
     println!("{:#?}", base.report);
-    println!("was χ = {}, now {}", mesh.euler_characteristic(), ValidationReport::of(&base.mesh));
+    println!("was χ = {}, now {}", mesh.topology().euler_characteristic(), ValidationReport::of(&base.mesh));
     println!(
         "smallest angles: least {:.2}°, 1 % {:.2}°, median {:.2}°",
         degrees(0.0),

@@ -176,8 +176,8 @@ fn coarsen(
     let report = BaseMeshReport {
         faces: mesh.face_count(),
         vertices: mesh.vertex_count(),
-        euler_characteristic: mesh.euler_characteristic(),
-        boundary_edges: mesh.boundary_edge_count(),
+        euler_characteristic: mesh.topology().euler_characteristic(),
+        boundary_edges: mesh.topology().boundary_edge_count(),
         faces_before: fine.face_count(),
         reached: decimated.reached,
         components_dropped: 0,

@@ -11,9 +11,10 @@ use ndf_core::{DVec3, Progress};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;
 
-use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
+use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::{agree, cross, quality};
+use ndf_mesh::halfedge::{next, previous};
 
 /// How far to decimate and what to keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +87,7 @@ type Entry = Reverse<(u64, u32, u32)>;
 struct Decimation<'a> {
     options: &'a DecimationOptions,
     /// Positions are relative to `center`.
-    mesh: HalfedgeMesh,
+    mesh: EditableMesh,
     center: DVec3,
     quadrics: Vec<Quadric>,
     /// Sum of areas behind each quadric.
@@ -98,7 +99,6 @@ struct Decimation<'a> {
     placements: Vec<DVec3>,
     /// Edges whose collapse was refused since the queue was last filled.
     refused: Vec<u32>,
-    marks: Vec<u8>,
     collapses: usize,
     largest_cost: f64,
 }
@@ -106,7 +106,7 @@ struct Decimation<'a> {
 impl<'a> Decimation<'a> {
     fn new(mesh: &ManifoldMesh, options: &'a DecimationOptions) -> Self {
         let center = mesh.bounds().center();
-        let mut work = HalfedgeMesh::new(mesh);
+        let mut work = EditableMesh::new(mesh);
         work.positions.iter_mut().for_each(|p| *p -= center);
         let (halfedges, vertices) = (work.halfedge_count(), work.vertex_count());
         let mut this = Self {
@@ -119,7 +119,6 @@ impl<'a> Decimation<'a> {
             states: vec![0; halfedges],
             placements: vec![DVec3::ZERO; halfedges],
             refused: Vec::new(),
-            marks: vec![0; vertices],
             collapses: 0,
             largest_cost: 0.0,
         };
@@ -141,7 +140,7 @@ impl<'a> Decimation<'a> {
                 self.quadrics[v as usize] += quadric;
                 self.areas[v as usize] += area / 3.0;
             }
-            for h in (face..face + 3).filter(|&h| self.mesh.twin(h) == NO_HALFEDGE) {
+            for h in (face..face + 3).filter(|&h| self.mesh.raw_twin(h) == NO_HALFEDGE) {
                 let ends = [self.mesh.tail(h), self.mesh.tip(h)];
                 let [p, q] = ends.map(|v| self.mesh.position(v));
                 let wall = (q - p).cross(normal).normalize_or_zero();
@@ -199,11 +198,11 @@ impl<'a> Decimation<'a> {
                 if self.refill() { continue } else { break }
             };
             let current =
-                self.mesh.exists(h) && self.mesh.canonical(h) == h && self.states[h as usize] == state;
+                !self.mesh.is_hole(h) && self.mesh.canonical(h) == h && self.states[h as usize] == state;
             if !current {
                 continue;
             }
-            if !self.mesh.is_collapsible(h, &mut self.marks) {
+            if !self.mesh.is_collapsible(h) {
                 self.refused.push(h);
                 continue;
             }
@@ -240,12 +239,12 @@ impl<'a> Decimation<'a> {
     /// Queues what was refused, for its surroundings may have changed; false if that is of no use.
     fn refill(&mut self) -> bool {
         let mut refused = std::mem::take(&mut self.refused);
-        refused.retain(|&h| self.mesh.exists(h) && self.mesh.canonical(h) == h);
+        refused.retain(|&h| !self.mesh.is_hole(h) && self.mesh.canonical(h) == h);
         refused.sort_unstable();
         refused.dedup();
         for h in refused {
-            let sound = self.mesh.is_collapsible(h, &mut self.marks)
-                && self.placements_of(h).into_iter().any(|x| self.is_sound(h, x));
+            let sound =
+                self.mesh.is_collapsible(h) && self.placements_of(h).into_iter().any(|x| self.is_sound(h, x));
             if sound {
                 self.states[h as usize] += 1;
                 let entry = self.entry(h);
@@ -261,10 +260,10 @@ impl<'a> Decimation<'a> {
     /// move to `placement`.
     fn is_sound(&self, h: u32, placement: DVec3) -> bool {
         let (mesh, ends) = (&self.mesh, [self.mesh.tail(h), self.mesh.tip(h)]);
-        let gone = [h / 3, if mesh.twin(h) == NO_HALFEDGE { u32::MAX } else { mesh.twin(h) / 3 }];
+        let gone = [h / 3, if mesh.raw_twin(h) == NO_HALFEDGE { u32::MAX } else { mesh.raw_twin(h) / 3 }];
         let (mut worst_before, mut worst_after) = (f64::INFINITY, f64::INFINITY);
         for v in ends {
-            for o in mesh.fan(v).filter(|o| !gone.contains(&(o / 3))) {
+            for o in mesh.outgoing(v).filter(|o| !gone.contains(&(o / 3))) {
                 let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|v| mesh.position(v));
                 let (before, after) = ([mesh.position(v), x, y], [placement, x, y]);
                 let (old, new) = (cross(before), cross(after));
@@ -282,7 +281,7 @@ impl<'a> Decimation<'a> {
 
     fn collapse(&mut self, h: u32, placement: DVec3) {
         let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
-        for side in [h, self.mesh.twin(h)].into_iter().filter(|&s| s != NO_HALFEDGE) {
+        for side in [h, self.mesh.raw_twin(h)].into_iter().filter(|&s| s != NO_HALFEDGE) {
             for gone in [side, next(side), previous(side)] {
                 self.states[gone as usize] += 1;
             }

@@ -12,10 +12,11 @@ use ndf_core::{DVec3, Progress, Query, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;
 
-use crate::halfedge_mesh::{HalfedgeMesh, next, previous};
+use crate::editable_mesh::EditableMesh;
 use crate::original::OriginalMesh;
 use crate::remeshing::quality_around;
 use crate::triangle_shape::{agree, cross, quality};
+use ndf_mesh::halfedge::{next, previous};
 
 /// What length and how many rounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,7 @@ pub fn remesh_isotropically(
     }
     let original = surface.is_none().then(|| OriginalMesh::new(mesh));
     let surface = surface.or(original.as_ref().map(|mesh| mesh as &dyn Surface));
-    let mut work = HalfedgeMesh::new(mesh);
+    let mut work = EditableMesh::new(mesh);
     for round in 0..options.rounds {
         if progress.cancelled() {
             return Err(IsotropicError::Cancelled);
@@ -82,19 +83,19 @@ pub fn remesh_isotropically(
     Ok(work.into_manifold())
 }
 
-fn length_squared(mesh: &HalfedgeMesh, h: u32) -> f64 {
+fn length_squared(mesh: &EditableMesh, h: u32) -> f64 {
     mesh.position(mesh.tail(h)).distance_squared(mesh.position(mesh.tip(h)))
 }
 
-fn is_edge(mesh: &HalfedgeMesh, h: u32) -> bool {
-    mesh.exists(h) && mesh.canonical(h) == h
+fn is_edge(mesh: &EditableMesh, h: u32) -> bool {
+    !mesh.is_hole(h) && mesh.canonical(h) == h
 }
 
 /// Splits edges in the middle until none is longer than `most`, always the longest: splitting the longest
 /// side of a face makes no new edge longer than it, so that this ends (Rivara 1984).
-fn split_long(mesh: &mut HalfedgeMesh, most: f64) {
+fn split_long(mesh: &mut EditableMesh, most: f64) {
     // Not negative, so the bits order like the numbers.
-    let entry = |mesh: &HalfedgeMesh, h: u32| {
+    let entry = |mesh: &EditableMesh, h: u32| {
         let h = mesh.canonical(h);
         let square = length_squared(mesh, h);
         (square > most * most).then(|| (square.to_bits(), Reverse(h)))
@@ -107,17 +108,16 @@ fn split_long(mesh: &mut HalfedgeMesh, most: f64) {
             let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
             let vertex = mesh.split(h, middle);
             // The edges at the new vertex, and those opposite it, whose half-edges may have changed.
-            let sides = mesh.fan(vertex).map(next).chain(mesh.edges_at(vertex));
+            let sides = mesh.outgoing(vertex).map(next).chain(mesh.edges_at(vertex));
             queue.extend(sides.filter_map(|h| entry(mesh, h)));
         }
     }
 }
 
 /// Collapses interior edges shorter than `least` where that makes none longer than `most`.
-fn collapse_short(mesh: &mut HalfedgeMesh, least: f64, most: f64) {
-    let mut marks = vec![0; mesh.vertex_count()];
+fn collapse_short(mesh: &mut EditableMesh, least: f64, most: f64) {
     for h in 0..mesh.halfedge_count() as u32 {
-        if !is_edge(mesh, h) || mesh.twin(h) == NO_HALFEDGE || length_squared(mesh, h) >= least * least {
+        if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE || length_squared(mesh, h) >= least * least {
             continue;
         }
         let (a, b) = (mesh.tail(h), mesh.tip(h));
@@ -127,17 +127,17 @@ fn collapse_short(mesh: &mut HalfedgeMesh, least: f64, most: f64) {
             (_, true) => mesh.position(b),
         };
         let near = |v: u32| mesh.ring(v).all(|w| mesh.position(w).distance_squared(place) <= most * most);
-        if near(a) && near(b) && mesh.is_collapsible(h, &mut marks) && collapse_is_sound(mesh, h, place) {
+        if near(a) && near(b) && mesh.is_collapsible(h) && collapse_is_sound(mesh, h, place) {
             mesh.collapse(h, place);
         }
     }
 }
 
 /// Whether the faces around the edge that stay keep their side and shape.
-fn collapse_is_sound(mesh: &HalfedgeMesh, h: u32, place: DVec3) -> bool {
-    let gone = [h / 3, mesh.twin(h) / 3];
+fn collapse_is_sound(mesh: &EditableMesh, h: u32, place: DVec3) -> bool {
+    let gone = [h / 3, mesh.raw_twin(h) / 3];
     [mesh.tail(h), mesh.tip(h)].into_iter().all(|v| {
-        mesh.fan(v).filter(|o| !gone.contains(&(o / 3))).all(|o| {
+        mesh.outgoing(v).filter(|o| !gone.contains(&(o / 3))).all(|o| {
             let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
             let (old, new) = ([mesh.position(v), x, y], [place, x, y]);
             agree(cross(old), cross(new), TURN) && quality(new) >= quality(old).min(LEAST_QUALITY)
@@ -146,18 +146,18 @@ fn collapse_is_sound(mesh: &HalfedgeMesh, h: u32, place: DVec3) -> bool {
 }
 
 /// Flips edges that bring the valences of their four vertices closer to six, or four on the boundary.
-fn flip_to_regular(mesh: &mut HalfedgeMesh) {
+fn flip_to_regular(mesh: &mut EditableMesh) {
     let mut excess: Vec<i32> = (0..mesh.vertex_count() as u32)
         .map(|v| {
-            mesh.ring(v).count() as i32
-                - if mesh.fan(v).next().is_some() && mesh.is_boundary_vertex(v) { 4 } else { 6 }
+            let regular = |v| if mesh.is_boundary_vertex(v) { 4 } else { 6 };
+            if mesh.is_vertex_hole(v) { 0 } else { mesh.ring(v).count() as i32 - regular(v) }
         })
         .collect();
     for h in 0..mesh.halfedge_count() as u32 {
-        if !is_edge(mesh, h) || mesh.twin(h) == NO_HALFEDGE {
+        if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE {
             continue;
         }
-        let t = mesh.twin(h);
+        let t = mesh.raw_twin(h);
         let corners = [mesh.tail(h), mesh.tail(t), mesh.tail(previous(h)), mesh.tail(previous(t))];
         let changes = [-1, -1, 1, 1];
         let deviation = |share: i32| -> i32 {
@@ -179,15 +179,15 @@ fn flip_to_regular(mesh: &mut HalfedgeMesh) {
 
 /// Moves every interior vertex to the mean of its ring within its tangent plane, weighted by area so that large
 /// faces shrink, then onto the surface; a move that would turn or spoil a face is left out.
-fn relax(mesh: &mut HalfedgeMesh, surface: &dyn Surface) {
+fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
     let interior: Vec<u32> = (0..mesh.vertex_count() as u32)
-        .filter(|&v| mesh.fan(v).next().is_some() && !mesh.is_boundary_vertex(v))
+        .filter(|&v| !mesh.is_vertex_hole(v) && !mesh.is_boundary_vertex(v))
         .collect();
     let queries: Vec<Query> = interior
         .iter()
         .map(|&v| {
             let (mut normal, mut sum, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-            for o in mesh.fan(v) {
+            for o in mesh.outgoing(v) {
                 let [p, x, y] =
                     [mesh.tail(o), mesh.tail(next(o)), mesh.tail(previous(o))].map(|w| mesh.position(w));
                 let cross = cross([p, x, y]);
@@ -239,14 +239,14 @@ mod tests {
         for (shape, surface, length) in cases {
             let [before, after] = remeshed(shape, surface, length);
             let report = ValidationReport::of(&after);
-            assert_eq!(before.euler_characteristic(), report.euler_characteristic);
+            assert_eq!(before.topology().euler_characteristic(), report.euler_characteristic);
             assert_eq!(report.degenerate_faces.count, 0);
-            let edges = 0..after.edge_count() as u32;
+            let edges = 0..after.topology().edge_count() as u32;
             let lengths = edges.map(|e| {
-                let [a, b] = after.edge_vertices(e).map(|v| after.positions()[v as usize]);
+                let [a, b] = after.topology().edge_vertices(e).map(|v| after.positions()[v as usize]);
                 a.distance(b)
             });
-            let mean = lengths.sum::<f64>() / after.edge_count() as f64;
+            let mean = lengths.sum::<f64>() / after.topology().edge_count() as f64;
             assert!((0.8..1.2).contains(&(mean / length)), "{}", mean / length);
             let angles = smallest_angles(&after);
             let low = angles[angles.len() / 20].to_degrees();

@@ -6,7 +6,8 @@
 
 pub mod base_mesh;
 pub mod decimation;
-mod halfedge_mesh;
+mod editable_mesh;
+
 pub mod isotropic;
 pub mod marching_cubes;
 mod original;

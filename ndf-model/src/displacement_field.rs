@@ -221,9 +221,9 @@ mod tests {
     fn field_is_continuous_across_edges() {
         let field = random_field(NetworkShape { octaves: 2, ..NetworkShape::default() }.into());
         let base = field.base();
-        for e in 0..base.edge_count() as u32 {
-            let h = base.edge_halfedge(e);
-            let twin = base.twin(h).unwrap();
+        for e in 0..base.topology().edge_count() as u32 {
+            let h = base.topology().edge_halfedge(e);
+            let twin = base.topology().twin(h).unwrap();
             let at = |h: u32, t: f64| {
                 let mut barycentric = [0.0; 3];
                 barycentric[h as usize % 3] = 1.0 - t;

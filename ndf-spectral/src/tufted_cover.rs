@@ -1,8 +1,9 @@
 //! The tufted cover (Sharp and Crane 2020, "A Laplacian for nonmanifold triangle meshes", §3.3): any set of
 //! triangles, doubled to two sides each and glued to a closed surface on which Delaunay flips are possible.
 
-use ndf_intrinsic::{DeltaComplex, IntrinsicMesh, NO_HALFEDGE};
+use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
+use ndf_mesh::{NO_HALFEDGE, Topology};
 
 use crate::error::SpectralError;
 
@@ -43,7 +44,7 @@ impl TuftedCover {
                 original.push(sides[start as usize / 3][start as usize % 3]);
             }
         }
-        let complex = DeltaComplex::from_gluing(original.len(), &corners, &twins)
+        let complex = Topology::from_gluing(original.len(), &corners, &twins)
             .expect("every side of a face has one twin, and vertices are the orbits around them");
         let length = |e: u32| {
             let [a, b] = complex.edge_vertices(e).map(|v| original[v as usize] as usize);
@@ -51,7 +52,7 @@ impl TuftedCover {
             if length.is_finite() { Ok(length) } else { Err(SpectralError::NotFinite(a)) }
         };
         let lengths = (0..complex.edge_count() as u32).map(length).collect::<Result<_, _>>()?;
-        let mesh = IntrinsicMesh::new(complex, lengths, f64::INFINITY)
+        let mesh = IntrinsicMesh::new(&complex, lengths, f64::INFINITY)
             .expect("every edge has a length, which is finite");
         Ok(Self { mesh, original })
     }

@@ -8,8 +8,9 @@ use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
 use nalgebra_sparse::na::DMatrix;
 use ndf_core::progress::{NoProgress, Progress};
-use ndf_intrinsic::{DeltaComplex, IntrinsicMesh};
+use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::Topology;
 use ndf_mesh::{TriangleMesh, shapes};
 use ndf_spectral::{CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
 
@@ -123,7 +124,7 @@ fn flat_torus(m: u32, n: u32, width: f64, height: f64) -> IntrinsicMesh {
             twins.extend([3 * own + 2, 3 * face(i, j + 1), 3 * face(i + m - 1, j) + 1]);
         }
     }
-    let complex = DeltaComplex::from_gluing((m * n) as usize, &tails, &twins).unwrap();
+    let complex = Topology::from_gluing((m * n) as usize, &tails, &twins).unwrap();
     let (dx, dy) = (width / f64::from(m), height / f64::from(n));
     let lengths = (0..complex.edge_count() as u32)
         .map(|e| match complex.edge_halfedge(e) % 6 {
@@ -132,7 +133,7 @@ fn flat_torus(m: u32, n: u32, width: f64, height: f64) -> IntrinsicMesh {
             _ => dx.hypot(dy),
         })
         .collect();
-    IntrinsicMesh::new(complex, lengths, 0.0).unwrap()
+    IntrinsicMesh::new(&complex, lengths, 0.0).unwrap()
 }
 
 #[test]

@@ -121,13 +121,17 @@ impl Reference {
 fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
     let vertices = mesh.vertex_count() as u32;
     let middle = |e: u32| {
-        let [a, b] = mesh.edge_vertices(e).map(|v| mesh.positions()[v as usize]);
+        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v as usize]);
         0.5 * (a + b)
     };
-    let positions =
-        mesh.positions().iter().copied().chain((0..mesh.edge_count() as u32).map(middle)).collect();
+    let positions = mesh
+        .positions()
+        .iter()
+        .copied()
+        .chain((0..mesh.topology().edge_count() as u32).map(middle))
+        .collect();
     let faces = mesh.faces().iter().enumerate().flat_map(|(f, &[a, b, c])| {
-        let [ab, bc, ca] = [0, 1, 2].map(|k| vertices + mesh.halfedge_edge(3 * f as u32 + k));
+        let [ab, bc, ca] = [0, 1, 2].map(|k| vertices + mesh.topology().halfedge_edge(3 * f as u32 + k));
         [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
     });
     let mesh = TriangleMesh::new(positions, faces.collect()).map_err(|e| e.to_string())?;

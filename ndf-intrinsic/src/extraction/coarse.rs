@@ -49,18 +49,21 @@ pub(super) fn refine<'f>(
 ) -> Result<Coarse<'f>, ExtractionError> {
     let base = field.base();
     let mut triangulation = OverBase(IntrinsicTriangulation::new(base));
-    let mut origins: Vec<FacePoint> =
-        (0..base.vertex_count() as u32).map(|v| FacePoint::at_corner(base.vertex_halfedge(v))).collect();
+    let mut origins: Vec<FacePoint> = (0..base.vertex_count() as u32)
+        .map(|v| FacePoint::at_corner(base.topology().vertex_halfedge(v)))
+        .collect();
     let mut points = map(field, &origins)?;
     let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: u32| {
         let [a, b] = mesh.edge_vertices(e);
         points[a as usize].distance(points[b as usize])
     };
-    let mean = (0..base.edge_count() as u32).map(|e| chord(triangulation.mesh(), &points, e)).sum::<f64>()
-        / base.edge_count() as f64;
+    let mean = (0..base.topology().edge_count() as u32)
+        .map(|e| chord(triangulation.mesh(), &points, e))
+        .sum::<f64>()
+        / base.topology().edge_count() as f64;
     let limit = limit * (mean / limit).log2().ceil().max(0.0).exp2();
 
-    let mut changed: Vec<u32> = (0..base.edge_count() as u32).collect();
+    let mut changed: Vec<u32> = (0..base.topology().edge_count() as u32).collect();
     let mut rounds_left = usize::MAX;
     loop {
         let mut queue = EdgeQueue::default();

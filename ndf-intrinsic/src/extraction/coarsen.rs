@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::chords::flip_towards_delaunay;
 use super::{LONG, Surface, Work};
-use crate::collapses::keep;
 use crate::delaunay::EdgeQueue;
+use ndf_mesh::halfedge::keep;
 
 /// Edges shorter than this many h are collapsed. Splits make edges of 2/3 h and, where sides of a face differ, somewhat
 /// shorter ones; those just above half of h are left to relaxation.
@@ -60,13 +60,13 @@ fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) 
         let Some(half) = collapsible(surface, edge, h) else { continue };
         let Surface { mesh, points, .. } = surface;
         let kept = mesh.tail(half);
-        for e in mesh.complex.collapse(half) {
+        for e in mesh.topology.collapse(half).into_iter().flatten() {
             mesh.lengths[e as usize] = f64::INFINITY;
         }
         touched[kept as usize] = true;
         kept_vertices.push(kept);
-        for out in mesh.complex.outgoing(kept) {
-            let (tip, e) = (mesh.complex.tip(out), mesh.complex.halfedge_edge(out));
+        for out in mesh.topology.outgoing(kept) {
+            let (tip, e) = (mesh.topology.tip(out), mesh.topology.halfedge_edge(out));
             mesh.lengths[e as usize] = points[kept as usize].distance(points[tip as usize]);
             touched[tip as usize] = true;
         }
@@ -84,7 +84,7 @@ fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) 
 
 fn close_holes(surface: &mut Surface) {
     let Surface { mesh, origins, points } = surface;
-    let survivors = mesh.complex.compact();
+    let survivors = mesh.topology.compact();
     keep(&mut mesh.lengths, &survivors.edges);
     keep(points, &survivors.vertices);
     keep(origins, &survivors.vertices);
@@ -111,5 +111,5 @@ fn may_collapse(surface: &Surface, half: u32, h: f64) -> bool {
             let normal = |p: DVec3| (pa - p).cross(pb - p).normalize_or_zero();
             a == i || b == i || normal(source).dot(normal(target)) >= LEAST_COSINE
         })
-        && mesh.can_collapse(half)
+        && mesh.is_collapsible(half)
 }

@@ -24,8 +24,7 @@ mod templates;
 pub mod tessellation;
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
-use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, Topology, TriangleMesh};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -34,7 +33,6 @@ pub use report::ExtractionReport;
 use report::IntrinsicFigures;
 
 use crate::delaunay::{flip_to_delaunay, violating};
-use crate::delta_complex::DeltaComplex;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
 
 /// Edges longer than this many h are split: their halves are then about as far below h as they were above.
@@ -101,12 +99,12 @@ impl Surface {
     /// Makes all edges as long as their chords.
     fn measure(&mut self) {
         let Self { mesh, points, .. } = self;
-        let IntrinsicMesh { complex, lengths } = mesh;
+        let IntrinsicMesh { topology, lengths } = mesh;
         let chord = |(length, e): (&mut f64, u32)| {
-            let [a, b] = complex.edge_vertices(e);
+            let [a, b] = topology.edge_vertices(e);
             *length = points[a as usize].distance(points[b as usize]);
         };
-        lengths.par_iter_mut().zip(0..complex.edge_count() as u32).with_min_len(4096).for_each(chord);
+        lengths.par_iter_mut().zip(0..topology.edge_count() as u32).with_min_len(4096).for_each(chord);
     }
 }
 
@@ -154,12 +152,12 @@ fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -
     let mut intrinsic = chords;
     let mollification: Mollification = intrinsic.mollify(MOLLIFICATION);
     let mut queue = violating(&intrinsic);
-    let before = (!queue.is_empty()).then(|| intrinsic.complex().clone());
+    let before = (!queue.is_empty()).then(|| intrinsic.topology().clone());
     work.intrinsic_flips = flip_to_delaunay(&mut intrinsic, &mut queue, |_, _| {}).flips;
     let before = before.filter(|_| !intrinsic.is_simplicial());
     let embeds_intrinsic = before.is_none();
     let (mesh, metric) = rayon::join(
-        || embedded(before.as_ref().unwrap_or(intrinsic.complex()), points),
+        || embedded(before.as_ref().unwrap_or(intrinsic.topology()), points),
         || IntrinsicFigures::of(&intrinsic, mollification),
     );
     let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, work);
@@ -167,11 +165,13 @@ fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -
 }
 
 /// The mesh of a simplicial complex and its vertices.
-fn embedded(complex: &DeltaComplex, points: Vec<DVec3>) -> ManifoldMesh {
-    let faces = (0..complex.face_count() as u32).into_par_iter().map(|f| complex.face_vertices(f)).collect();
-    let twins = complex.halfedges.par_iter().map(|h| h.twin).collect();
-    let mesh = TriangleMesh::new(points, faces).expect("corners of a complex are its vertices");
-    ManifoldMesh::with_twins(mesh, twins).expect("an oriented simplicial surface is a manifold mesh")
+fn embedded(topology: &Topology<u32>, points: Vec<DVec3>) -> ManifoldMesh {
+    let faces =
+        (0..topology.face_count() as u32).into_par_iter().map(|f| topology.face_vertices(f)).collect();
+    let twins: Vec<u32> =
+        (0..topology.halfedge_count() as u32).into_par_iter().map(|h| topology.raw_twin(h)).collect();
+    let mesh = TriangleMesh::new(points, faces).expect("corners of a topology are its vertices");
+    ManifoldMesh::with_twins(mesh, &twins).expect("an oriented simplicial surface is a manifold mesh")
 }
 
 /// g at every place.

@@ -79,7 +79,7 @@ fn step_to_centre(mesh: &IntrinsicMesh, points: &[DVec3], v: u32) -> Option<DVec
         normal += cross;
         pull += weight * (a + b);
         area += weight;
-        (a, h) = (b, mesh.halfedges[last as usize].twin);
+        (a, h) = (b, mesh.raw_twin(last));
         if h == start {
             break;
         }
@@ -125,7 +125,9 @@ fn walk(base: &ManifoldMesh, from: FacePoint, step: DVec3) -> FacePoint {
         hit[k] = 0.0;
         // The side opposite to corner k.
         let h = 3 * face + (k as u32 + 1) % 3;
-        let Some(twin) = base.twin(h) else { return FacePoint { face, barycentric: clamped(hit) } };
+        let Some(twin) = base.topology().twin(h) else {
+            return FacePoint { face, barycentric: clamped(hit) };
+        };
         // Turn what is left of the step about the side.
         let corners = [a, b, c];
         let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
@@ -134,7 +136,7 @@ fn walk(base: &ManifoldMesh, from: FacePoint, step: DVec3) -> FacePoint {
         let rest = (1.0 - t) * tangential;
         let straight = rest.dot(along);
         let inward = (rest - straight * along).length();
-        let apex = base.positions()[base.tail(base.previous(twin)) as usize];
+        let apex = base.positions()[base.topology().tail(base.topology().previous(twin)) as usize];
         let normal_in_next = (apex - p) - (apex - p).dot(along) * along;
         step = straight * along + inward * normal_in_next.normalize_or_zero();
         let mut next = [0.0; 3];

@@ -5,7 +5,8 @@
 //! to know of other faces is whether they halve a side as well, and that is a matter of the side alone.
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
+use ndf_mesh::halfedge::numbers;
+use ndf_mesh::{FacePoint, NO_HALFEDGE, Topology};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -13,8 +14,6 @@ use super::curve::curve_order;
 use super::map;
 use super::templates::{Gluing, Templates};
 use super::{ExtractionError, ExtractionOptions, Surface, Work};
-use crate::collapses::numbers;
-use crate::delta_complex::{DeltaComplex, HalfEdge, NO_HALFEDGE};
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::locating::FaceLayout;
@@ -307,52 +306,24 @@ impl Forest {
             },
         );
         let new_halfedge = |h: u32| if h == NO_HALFEDGE { h } else { 3 * new_face[h as usize / 3] + h % 3 };
-        let halfedges = leaves
-            .par_iter()
-            .with_min_len(1024)
-            .flat_map_iter(|&number| {
-                let piece = self.piece(number);
-                [0, 1, 2].map(|c| HalfEdge {
-                    twin: new_halfedge(piece.twins[c]),
-                    tail: new_vertex[piece.corners[c] as usize],
-                    edge: u32::MAX,
-                    roundabout: 0,
-                })
-            })
-            .collect();
-        let (complex, (origins, points)) = rayon::join(
-            || with_numbered_edges(halfedges, points.len()),
+        let gluing = leaves.par_iter().with_min_len(1024).flat_map_iter(|&number| {
+            let piece = self.piece(number);
+            [0, 1, 2].map(|c| [new_vertex[piece.corners[c] as usize], new_halfedge(piece.twins[c])])
+        });
+        let (topology, (origins, points)) = rayon::join(
+            || Topology::from_trusted_gluing(points.len(), gluing),
             || {
                 let origins = vertices.iter().map(|&v| origins[v as usize]).collect();
                 let points = vertices.iter().map(|&v| points[v as usize]).collect();
                 (origins, points)
             },
         );
-        Surface { mesh: IntrinsicMesh { lengths: vec![0.0; complex.edge_count()], complex }, origins, points }
-    }
-}
-
-/// The complex of half-edges that know their twins and tails; edges are numbered by their lower half-edge.
-fn with_numbered_edges(mut halfedges: Vec<HalfEdge>, vertex_count: usize) -> DeltaComplex {
-    let mut edge_halfedges = Vec::with_capacity(halfedges.len() / 2 + 1);
-    let mut vertex_halfedges = vec![NO_HALFEDGE; vertex_count];
-    for h in 0..halfedges.len() {
-        let HalfEdge { twin, tail, .. } = halfedges[h];
-        if h < twin as usize {
-            let edge = edge_halfedges.len() as u32;
-            edge_halfedges.push(h as u32);
-            halfedges[h].edge = edge;
-            if twin != NO_HALFEDGE {
-                halfedges[twin as usize].edge = edge;
-            }
-        }
-        // A half-edge without twin begins the fan of a vertex on the boundary.
-        let first = &mut vertex_halfedges[tail as usize];
-        if *first == NO_HALFEDGE || twin == NO_HALFEDGE {
-            *first = h as u32;
+        Surface {
+            mesh: IntrinsicMesh { lengths: vec![0.0; topology.edge_count()], topology },
+            origins,
+            points,
         }
     }
-    DeltaComplex { halfedges, edge_halfedges, vertex_halfedges }
 }
 
 fn middle(a: Place, b: Place) -> Place {

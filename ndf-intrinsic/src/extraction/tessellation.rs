@@ -81,7 +81,7 @@ impl Triangles {
     fn of_base(field: &DisplacementField) -> Self {
         let base = field.base();
         let origin = |v: u32| {
-            let h = base.vertex_halfedge(v);
+            let h = base.topology().vertex_halfedge(v);
             FacePoint::at_corner(h)
         };
         let origins: Vec<FacePoint> = (0..base.vertex_count() as u32).map(origin).collect();
@@ -231,11 +231,14 @@ mod tests {
             let field = wavy(base);
             for h in [0.3, 0.1] {
                 let t = tessellate(&field, h, 1_000_000).unwrap();
-                assert_eq!(t.mesh.euler_characteristic(), field.base().euler_characteristic());
+                assert_eq!(
+                    t.mesh.topology().euler_characteristic(),
+                    field.base().topology().euler_characteristic()
+                );
                 let report = ValidationReport::of(&t.mesh);
                 assert_eq!(report.boundary_loops, ValidationReport::of(field.base()).boundary_loops);
-                for e in 0..t.mesh.edge_count() as u32 {
-                    let [a, b] = t.mesh.edge_vertices(e).map(|v| t.mesh.positions()[v as usize]);
+                for e in 0..t.mesh.topology().edge_count() as u32 {
+                    let [a, b] = t.mesh.topology().edge_vertices(e).map(|v| t.mesh.positions()[v as usize]);
                     assert!(a.distance(b) <= h);
                 }
                 for (p, q) in t.mesh.positions().iter().zip(field.map(&t.origins)) {

@@ -136,7 +136,7 @@ pub(crate) fn assert_sound(triangulation: &IntrinsicTriangulation<'_>) {
     let (mesh, coordinates) = (triangulation.mesh(), triangulation.coordinates());
     let input = triangulation.input();
     mesh.check().unwrap();
-    assert_eq!(mesh.euler_characteristic(), input.euler_characteristic());
+    assert_eq!(mesh.euler_characteristic(), input.topology().euler_characteristic());
     assert!(mesh.lengths().iter().all(|l| l.is_finite() && *l >= 0.0));
     for f in 0..mesh.face_count() as u32 {
         let normal = mesh.face_edges(f).map(|e| coordinates.normal_coordinate(e));
@@ -149,19 +149,23 @@ pub(crate) fn assert_sound(triangulation: &IntrinsicTriangulation<'_>) {
         assert_eq!(trace.len() as i32, coordinates.normal_coordinate(e).max(0));
         for pair in trace.windows(2) {
             assert!(pair[0].along <= pair[1].along + 1e-9);
-            assert_eq!(input.twin(pair[0].input_halfedge).unwrap() / 3, pair[1].input_halfedge / 3);
+            assert_eq!(
+                input.topology().twin(pair[0].input_halfedge).unwrap() / 3,
+                pair[1].input_halfedge / 3
+            );
         }
         for crossing in trace {
-            *crossings.entry((e, input.halfedge_edge(crossing.input_halfedge))).or_insert(0) += 1;
+            *crossings.entry((e, input.topology().halfedge_edge(crossing.input_halfedge))).or_insert(0) += 1;
         }
     }
     // … are those met along the input's edges.
-    for e in 0..input.edge_count() as u32 {
-        if input.twin(input.edge_halfedge(e)).is_none() {
+    for e in 0..input.topology().edge_count() as u32 {
+        if input.topology().twin(input.topology().edge_halfedge(e)).is_none() {
             continue;
         }
-        let forward = coordinates.trace_input(input.edge_halfedge(e));
-        let mut backward = coordinates.trace_input(input.twin(input.edge_halfedge(e)).unwrap());
+        let forward = coordinates.trace_input(input.topology().edge_halfedge(e));
+        let mut backward =
+            coordinates.trace_input(input.topology().twin(input.topology().edge_halfedge(e)).unwrap());
         backward.reverse();
         assert_eq!(forward.len(), backward.len());
         for (&(h, q), &(back, p)) in forward.iter().zip(&backward) {

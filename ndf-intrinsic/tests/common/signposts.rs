@@ -24,18 +24,19 @@ fn angle(a: f64, b: f64, opposite: f64) -> f64 {
 
 impl<'m> Signposts<'m> {
     pub(crate) fn new(input: &'m ManifoldMesh) -> Self {
-        let count = input.halfedge_count() as u32;
+        let count = input.topology().halfedge_count() as u32;
         let p = input.positions();
-        let lengths: Vec<f64> =
-            (0..count).map(|h| p[input.tail(h) as usize].distance(p[input.tip(h) as usize])).collect();
+        let lengths: Vec<f64> = (0..count)
+            .map(|h| p[input.topology().tail(h) as usize].distance(p[input.topology().tip(h) as usize]))
+            .collect();
         let corner = |h: u32| {
-            let (next, last) = (input.next(h), input.previous(h));
+            let (next, last) = (input.topology().next(h), input.topology().previous(h));
             angle(lengths[h as usize], lengths[last as usize], lengths[next as usize])
         };
         let mut sums = vec![0.0; p.len()];
         let mut directions = vec![0.0; count as usize];
         for v in 0..p.len() as u32 {
-            for h in input.outgoing(v) {
+            for h in input.topology().outgoing(v) {
                 directions[h as usize] = sums[v as usize];
                 sums[v as usize] += corner(h);
             }
@@ -44,8 +45,8 @@ impl<'m> Signposts<'m> {
             input,
             sums,
             input_directions: directions.clone(),
-            tails: (0..count).map(|h| input.tail(h)).collect(),
-            twins: (0..count).map(|h| input.twin(h)).collect(),
+            tails: (0..count).map(|h| input.topology().tail(h)).collect(),
+            twins: (0..count).map(|h| input.topology().twin(h)).collect(),
             lengths,
             directions,
         }
@@ -95,7 +96,11 @@ impl<'m> Signposts<'m> {
     fn turned(&self, h: u32, by: f64) -> f64 {
         let v = self.tails[h as usize];
         let (direction, sum) = (self.directions[h as usize] + by, self.sums[v as usize]);
-        if direction >= sum && !self.input.is_boundary_vertex(v) { direction - sum } else { direction }
+        if direction >= sum && !self.input.topology().is_boundary_vertex(v) {
+            direction - sum
+        } else {
+            direction
+        }
     }
 
     fn relocate(&mut self, from: u32, to: u32) {
@@ -114,32 +119,35 @@ impl<'m> Signposts<'m> {
         let (input, v) = (self.input, self.tails[h as usize]);
         let (direction, length) = (self.directions[h as usize], self.lengths[h as usize]);
         // The corner of the fan it leaves by.
-        let fan: Vec<u32> = input.outgoing(v).collect();
+        let fan: Vec<u32> = input.topology().outgoing(v).collect();
         let start = *fan
             .iter()
             .rev()
             .find(|&&out| self.input_directions[out as usize] <= direction + 1e-9)
             .unwrap_or(&fan[0]);
         let turn = direction - self.input_directions[start as usize];
-        let p = |h: u32| input.positions()[input.tail(h) as usize];
+        let p = |h: u32| input.positions()[input.topology().tail(h) as usize];
         // In the plane of the face: its first half-edge along x.
-        let along = (p(input.next(start)) - p(start)).normalize();
-        let third = p(input.previous(start)) - p(start);
+        let along = (p(input.topology().next(start)) - p(start)).normalize();
+        let third = p(input.topology().previous(start)) - p(start);
         let up = (third - third.dot(along) * along).normalize();
         let mut heading = turn.cos() * along + turn.sin() * up;
         let (mut at, mut left) = (p(start), length);
         let mut crossed = Vec::new();
-        let mut door = input.next(start);
+        let mut door = input.topology().next(start);
         loop {
             // The nearer of the doors ahead.
-            let candidates =
-                if crossed.is_empty() { vec![door] } else { vec![input.next(door), input.previous(door)] };
+            let candidates = if crossed.is_empty() {
+                vec![door]
+            } else {
+                vec![input.topology().next(door), input.topology().previous(door)]
+            };
             let hit = candidates
                 .into_iter()
                 .filter_map(|side| {
-                    let (a, b) = (p(side), p(input.next(side)));
+                    let (a, b) = (p(side), p(input.topology().next(side)));
                     let edge = b - a;
-                    let inward = p(input.previous(side)) - a;
+                    let inward = p(input.topology().previous(side)) - a;
                     let normal = (inward - inward.dot(edge) / edge.length_squared() * edge).normalize();
                     let rate = -heading.dot(normal);
                     (rate > 1e-14).then(|| ((at - a).dot(normal).max(0.0) / rate, side))
@@ -151,10 +159,10 @@ impl<'m> Signposts<'m> {
             };
             at += distance * heading;
             left -= distance;
-            let Some(twin) = input.twin(side) else { return (crossed, at) };
+            let Some(twin) = input.topology().twin(side) else { return (crossed, at) };
             crossed.push(side);
-            let axis = (p(input.next(twin)) - p(twin)).normalize();
-            let apex = p(input.previous(twin)) - p(twin);
+            let axis = (p(input.topology().next(twin)) - p(twin)).normalize();
+            let apex = p(input.topology().previous(twin)) - p(twin);
             let into = (apex - apex.dot(axis) * axis).normalize();
             let straight = heading.dot(axis);
             heading = straight * axis + (1.0 - straight * straight).max(0.0).sqrt() * into;

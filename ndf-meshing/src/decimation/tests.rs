@@ -46,7 +46,7 @@ fn topology_boundary_and_orientation_are_kept() {
         assert!(coarse.reached);
         assert!((faces - 1..=faces).contains(&coarse.mesh.face_count()));
         check_same_topology(&fine, &coarse.mesh);
-        if fine.boundary_edge_count() == 0 {
+        if fine.topology().boundary_edge_count() == 0 {
             let ratio = coarse.mesh.signed_volume() / fine.signed_volume();
             assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
         }

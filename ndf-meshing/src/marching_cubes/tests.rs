@@ -70,8 +70,11 @@ fn check_random(seed: u64, choose: impl Fn(&mut ChaCha8Rng) -> f64) {
     let report = ValidationReport::of(&found.mesh);
     assert!(report.is_oriented_manifold(), "seed {seed}: {report}");
     assert_eq!(report.degenerate_faces.count, 0, "seed {seed}");
-    for h in (0..found.mesh.halfedge_count() as u32).filter(|&h| found.mesh.twin(h).is_none()) {
-        let ends = [found.mesh.tail(h), found.mesh.tip(h)].map(|v| found.mesh.positions()[v as usize]);
+    for h in (0..found.mesh.topology().halfedge_count() as u32)
+        .filter(|&h| found.mesh.topology().twin(h).is_none())
+    {
+        let ends = [found.mesh.topology().tail(h), found.mesh.topology().tip(h)]
+            .map(|v| found.mesh.positions()[v as usize]);
         let on_border = (0..3).any(|k| ends.iter().all(|p| p[k].abs() > 3.5 - 1e-9));
         assert!(on_border, "seed {seed}: boundary edge inside the grid: {ends:?}");
     }
@@ -113,11 +116,11 @@ fn euler_characteristics_are_those_of_the_shapes() {
         let g = p.x.sin() * p.y.cos() + p.y.sin() * p.z.cos() + p.z.sin() * p.x.cos();
         g.max(p.length() - 6.0)
     };
-    assert_eq!(mesh_of(&Formula::new(1.0, sphere), 20).mesh.euler_characteristic(), 2);
-    assert_eq!(mesh_of(&Formula::new(1.0, torus), 30).mesh.euler_characteristic(), 0);
-    assert_eq!(mesh_of(&Formula::new(1.7, genus_two), 50).mesh.euler_characteristic(), -2);
-    let coarse = mesh_of(&Formula::new(6.0, gyroid_ball), 60).mesh.euler_characteristic();
-    assert_eq!(coarse, mesh_of(&Formula::new(6.0, gyroid_ball), 110).mesh.euler_characteristic());
+    assert_eq!(mesh_of(&Formula::new(1.0, sphere), 20).mesh.topology().euler_characteristic(), 2);
+    assert_eq!(mesh_of(&Formula::new(1.0, torus), 30).mesh.topology().euler_characteristic(), 0);
+    assert_eq!(mesh_of(&Formula::new(1.7, genus_two), 50).mesh.topology().euler_characteristic(), -2);
+    let coarse = mesh_of(&Formula::new(6.0, gyroid_ball), 60).mesh.topology().euler_characteristic();
+    assert_eq!(coarse, mesh_of(&Formula::new(6.0, gyroid_ball), 110).mesh.topology().euler_characteristic());
 }
 
 #[test]
@@ -129,7 +132,7 @@ fn orientation_is_outward_on_both_sides_of_the_level() {
     };
     for mesh in [mesh_of(&below, 16).mesh, mesh_of(&above, 16).mesh] {
         assert!(mesh.signed_volume() > 0.5);
-        assert_eq!(mesh.boundary_edge_count(), 0);
+        assert_eq!(mesh.topology().boundary_edge_count(), 0);
     }
 }
 

@@ -11,7 +11,7 @@ use ndf_mesh::{FacePoint, TriangleTree};
 use rayon::prelude::*;
 
 use super::{SurfacePointNormal, Target, quality_around};
-use crate::halfedge_mesh::HalfedgeMesh;
+use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::cross;
 
@@ -64,7 +64,7 @@ pub(super) struct Match {
 }
 
 impl Match {
-    pub(super) fn of(mesh: &HalfedgeMesh, target: &Target<'_>) -> Self {
+    pub(super) fn of(mesh: &EditableMesh, target: &Target<'_>) -> Self {
         let (mut pulls, onto) = feet_of_samples(mesh, target.surface);
         let (back, from) = feet_of_points(mesh, target.points);
         pulls.extend(back);
@@ -83,7 +83,7 @@ impl Match {
 }
 
 /// Six points of every face pulled to their feet on the surface, and their mean squared distance.
-fn feet_of_samples(mesh: &HalfedgeMesh, surface: &dyn Surface) -> (Vec<Pull>, f64) {
+fn feet_of_samples(mesh: &EditableMesh, surface: &dyn Surface) -> (Vec<Pull>, f64) {
     let faces = 0..mesh.halfedge_count() as u32 / 3;
     let mut queries = Vec::with_capacity(6 * faces.len());
     let mut samples = Vec::with_capacity(6 * faces.len());
@@ -110,7 +110,7 @@ fn feet_of_samples(mesh: &HalfedgeMesh, surface: &dyn Surface) -> (Vec<Pull>, f6
 
 /// The points of the mesh closest to points of the surface, pulled to them, and the mean squared distance, if
 /// there are points.
-fn feet_of_points(mesh: &HalfedgeMesh, points: &[SurfacePointNormal]) -> (Vec<Pull>, Option<f64>) {
+fn feet_of_points(mesh: &EditableMesh, points: &[SurfacePointNormal]) -> (Vec<Pull>, Option<f64>) {
     if points.is_empty() {
         return (Vec::new(), None);
     }
@@ -132,13 +132,13 @@ fn feet_of_points(mesh: &HalfedgeMesh, points: &[SurfacePointNormal]) -> (Vec<Pu
     (pulls, Some(mean))
 }
 
-fn corners_of(mesh: &HalfedgeMesh, face: u32) -> [DVec3; 3] {
+fn corners_of(mesh: &EditableMesh, face: u32) -> [DVec3; 3] {
     mesh.corners(3 * face).map(|v| mesh.position(v))
 }
 
 /// Fits the interior vertices and returns the root-mean-square distance then. A fit that does not bring the
 /// mesh closer is undone.
-pub(super) fn fit(mesh: &mut HalfedgeMesh, target: &Target<'_>) -> f64 {
+pub(super) fn fit(mesh: &mut EditableMesh, target: &Target<'_>) -> f64 {
     let mut pairs = Match::of(mesh, target);
     for _ in 0..FITS {
         let before = mesh.positions.clone();
@@ -160,10 +160,10 @@ pub(super) fn fit(mesh: &mut HalfedgeMesh, target: &Target<'_>) -> f64 {
 }
 
 /// Puts a vertex where the points around it are closest to their planes, the other vertices fixed.
-fn fit_vertex(mesh: &mut HalfedgeMesh, v: u32, pairs: &Match) {
+fn fit_vertex(mesh: &mut EditableMesh, v: u32, pairs: &Match) {
     let position = mesh.position(v);
     let (mut planes, mut reach, mut count) = (Quadric::default(), 0.0, 0.0);
-    for o in mesh.fan(v) {
+    for o in mesh.outgoing(v) {
         let corners = corners_of(mesh, o / 3);
         for pull in pairs.of_face(o / 3) {
             let share = pull.at.barycentric[o as usize % 3];

@@ -3,8 +3,9 @@
 use ndf_core::projected;
 use ndf_core::{DVec3, Query, Surface};
 
-use crate::halfedge_mesh::{HalfedgeMesh, previous};
+use crate::editable_mesh::EditableMesh;
 use crate::triangle_shape::{agree, cross, quality};
+use ndf_mesh::halfedge::previous;
 
 /// Most passes over all edges; Delaunay flips end by themselves long before in practice.
 const PASSES: usize = 8;
@@ -15,7 +16,7 @@ const FLAT: f64 = 0.999;
 
 /// Flips edges of which the middle of the new edge is no further from the surface than that of the old one or
 /// than `distance`. Returns the number of flips.
-pub(super) fn flip_near(mesh: &mut HalfedgeMesh, surface: &dyn Surface, distance: f64) -> usize {
+pub(super) fn flip_near(mesh: &mut EditableMesh, surface: &dyn Surface, distance: f64) -> usize {
     let mut flips = 0;
     for _ in 0..PASSES {
         let candidates: Vec<u32> = edges(mesh).filter(|&h| is_improving(mesh, h, TURN)).collect();
@@ -25,7 +26,7 @@ pub(super) fn flip_near(mesh: &mut HalfedgeMesh, surface: &dyn Surface, distance
         let mut changed = vec![false; mesh.halfedge_count() / 3];
         let before = flips;
         for (i, &h) in candidates.iter().enumerate() {
-            let faces = [h / 3, mesh.twin(h) / 3].map(|f| f as usize);
+            let faces = [h / 3, mesh.raw_twin(h) / 3].map(|f| f as usize);
             let (old, new) = (away(2 * i), away(2 * i + 1));
             // Another flip may have joined the opposite corners meanwhile.
             let free = faces.iter().all(|&f| !changed[f]) && mesh.is_flippable(h);
@@ -43,7 +44,7 @@ pub(super) fn flip_near(mesh: &mut HalfedgeMesh, surface: &dyn Surface, distance
 }
 
 /// Flips edges between nearly coplanar faces. Returns the number of flips.
-pub(super) fn flip_flat(mesh: &mut HalfedgeMesh) -> usize {
+pub(super) fn flip_flat(mesh: &mut EditableMesh) -> usize {
     let mut flips = 0;
     for _ in 0..PASSES {
         let before = flips;
@@ -60,18 +61,18 @@ pub(super) fn flip_flat(mesh: &mut HalfedgeMesh) -> usize {
     flips
 }
 
-fn edges(mesh: &HalfedgeMesh) -> impl Iterator<Item = u32> + '_ {
+fn edges(mesh: &EditableMesh) -> impl Iterator<Item = u32> + '_ {
     (0..mesh.halfedge_count() as u32).filter(|&h| mesh.canonical(h) == h)
 }
 
 /// Ends of an edge, then its opposite corners, left and right.
-fn diamond(mesh: &HalfedgeMesh, h: u32) -> [DVec3; 4] {
+fn diamond(mesh: &EditableMesh, h: u32) -> [DVec3; 4] {
     let opposite = |h: u32| mesh.tail(previous(h));
-    [mesh.tail(h), mesh.tip(h), opposite(h), opposite(mesh.twin(h))].map(|v| mesh.position(v))
+    [mesh.tail(h), mesh.tip(h), opposite(h), opposite(mesh.raw_twin(h))].map(|v| mesh.position(v))
 }
 
 /// Whether an edge is not Delaunay, and its flip possible without a fold or a worse face.
-fn is_improving(mesh: &HalfedgeMesh, h: u32, turn: f64) -> bool {
+fn is_improving(mesh: &EditableMesh, h: u32, turn: f64) -> bool {
     if !mesh.is_flippable(h) {
         return false;
     }
@@ -88,7 +89,7 @@ fn is_improving(mesh: &HalfedgeMesh, h: u32, turn: f64) -> bool {
 }
 
 /// Queries in the middle of an edge and of what it would be flipped to.
-fn middles(mesh: &HalfedgeMesh, h: u32) -> [Query; 2] {
+fn middles(mesh: &EditableMesh, h: u32) -> [Query; 2] {
     let [a, b, c, d] = diamond(mesh, h);
     let normal = (cross([a, b, c]) + cross([b, a, d])).try_normalize();
     [a.midpoint(b), c.midpoint(d)].map(|point| Query { normal, ..Query::at(point) })

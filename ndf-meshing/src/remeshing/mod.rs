@@ -15,8 +15,9 @@ use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
 
-use crate::halfedge_mesh::{HalfedgeMesh, previous};
+use crate::editable_mesh::EditableMesh;
 use crate::triangle_shape::{agree, cross, quality};
+use ndf_mesh::halfedge::previous;
 
 /// A point of a surface and the unit outward normal there.
 pub type SurfacePointNormal = [DVec3; 2];
@@ -80,7 +81,7 @@ pub fn improve(
     options: &FinalPassOptions,
     progress: &dyn Progress,
 ) -> Improved {
-    let mut work = HalfedgeMesh::new(mesh);
+    let mut work = EditableMesh::new(mesh);
     let Some(target) = target else {
         let flips = if options.rounds > 0 { flips::flip_flat(&mut work) } else { 0 };
         return Improved { mesh: work.into_manifold(), flips, distance: None };
@@ -111,9 +112,9 @@ pub fn improve(
 const TURN: f64 = 0.5;
 
 /// The worst quality around a vertex moved to `position`; `None` if a face would turn too far.
-pub(crate) fn quality_around(mesh: &HalfedgeMesh, v: u32, position: DVec3) -> Option<f64> {
+pub(crate) fn quality_around(mesh: &EditableMesh, v: u32, position: DVec3) -> Option<f64> {
     let mut worst = f64::INFINITY;
-    for o in mesh.fan(v) {
+    for o in mesh.outgoing(v) {
         let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
         let (old, new) = (cross([mesh.position(v), x, y]), cross([position, x, y]));
         if old != DVec3::ZERO && old != new && !agree(old, new, TURN) {

@@ -3,9 +3,10 @@
 use ndf_core::DVec3;
 
 use super::quality_around;
-use crate::halfedge_mesh::{HalfedgeMesh, previous};
+use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::{agree, cross};
+use ndf_mesh::halfedge::previous;
 
 /// Sweeps over all vertices.
 const SWEEPS: usize = 2;
@@ -17,7 +18,7 @@ const OPEN: f64 = 0.6;
 /// Moves every interior vertex with a face of a quality below `wanted` towards the mean of the places where
 /// each of its faces would be equilateral, as far as the worst of them improves (smart smoothing; Freitag 1997).
 /// The planes of the faces resist, so that the step is tangential, and along a crease where there is one.
-pub(super) fn relax(mesh: &mut HalfedgeMesh, wanted: f64) {
+pub(super) fn relax(mesh: &mut EditableMesh, wanted: f64) {
     for _ in 0..SWEEPS {
         for v in 0..mesh.vertex_count() as u32 {
             if !mesh.is_boundary_vertex(v) {
@@ -27,14 +28,14 @@ pub(super) fn relax(mesh: &mut HalfedgeMesh, wanted: f64) {
     }
 }
 
-fn relax_vertex(mesh: &mut HalfedgeMesh, v: u32, wanted: f64) {
+fn relax_vertex(mesh: &mut EditableMesh, v: u32, wanted: f64) {
     let position = mesh.position(v);
     let Some(worst) = quality_around(mesh, v, position).filter(|&q| q < wanted) else { return };
     if !is_open(mesh, v) {
         return;
     }
     let (mut sum, mut count, mut planes) = (DVec3::ZERO, 0.0, Quadric::default());
-    for o in mesh.fan(v) {
+    for o in mesh.outgoing(v) {
         let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
         let cross = cross([position, x, y]);
         let normal = cross.normalize_or_zero();
@@ -52,8 +53,8 @@ fn relax_vertex(mesh: &mut HalfedgeMesh, v: u32, wanted: f64) {
 
 /// Whether the faces around a vertex all see the same side. A vertex at the tip of something thin must stay: the
 /// planes along the thin part would not resist its sliding down.
-fn is_open(mesh: &HalfedgeMesh, v: u32) -> bool {
-    let crosses = || mesh.fan(v).map(|o| cross(mesh.corners(o).map(|w| mesh.position(w))));
+fn is_open(mesh: &EditableMesh, v: u32) -> bool {
+    let crosses = || mesh.outgoing(v).map(|o| cross(mesh.corners(o).map(|w| mesh.position(w))));
     let mean: DVec3 = crosses().sum();
     crosses().all(|c| agree(c, mean, OPEN))
 }

@@ -20,8 +20,8 @@ fn check(mesh: &ManifoldMesh, surface: &dyn Surface) {
     let report = ValidationReport::of(&improved.mesh);
     assert_eq!(report.degenerate_faces.count, 0);
     assert_eq!(improved.mesh.face_count(), mesh.face_count());
-    assert_eq!(improved.mesh.euler_characteristic(), mesh.euler_characteristic());
-    assert_eq!(improved.mesh.boundary_edge_count(), mesh.boundary_edge_count());
+    assert_eq!(improved.mesh.topology().euler_characteristic(), mesh.topology().euler_characteristic());
+    assert_eq!(improved.mesh.topology().boundary_edge_count(), mesh.topology().boundary_edge_count());
     let (old, new) = (smallest_angles(mesh), smallest_angles(&improved.mesh));
     let low = |angles: &[f64]| angles[angles.len() / 50].to_degrees();
     assert!(low(&new) >= low(&old), "{} → {}", low(&old), low(&new));

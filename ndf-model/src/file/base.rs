@@ -84,8 +84,12 @@ fn reordered(mesh: &ManifoldMesh, order: &BaseOrder) -> ManifoldMesh {
     let mut new = vec![0; mesh.vertex_count()];
     order.vertices.iter().zip(0..).for_each(|(&old, v)| new[old as usize] = v);
     let positions = order.vertices.iter().map(|&old| mesh.positions()[old as usize]).collect();
-    let corners = |&first: &u32| [first, mesh.next(first), mesh.previous(first)];
-    let faces = order.faces.iter().map(|first| corners(first).map(|h| new[mesh.tail(h) as usize])).collect();
+    let corners = |&first: &u32| [first, mesh.topology().next(first), mesh.topology().previous(first)];
+    let faces = order
+        .faces
+        .iter()
+        .map(|first| corners(first).map(|h| new[mesh.topology().tail(h) as usize]))
+        .collect();
     let mesh = TriangleMesh::new(positions, faces).expect("the vertices are the same");
     ManifoldMesh::try_from(mesh).expect("the connectivity is the same")
 }
@@ -176,12 +180,12 @@ fn predict(base: &ManifoldMesh, v: u32, done: &[[i32; 3]]) -> [i32; 3] {
     let mut parallelograms = Mean::default();
     let mut neighbours = Mean::default();
     let known = |v: u32| done.get(v as usize).map(|p| p.map(i64::from));
-    for h in base.outgoing(v) {
-        let across = base.next(h);
-        let (x, y) = (known(base.tail(across)), known(base.tip(across)));
+    for h in base.topology().outgoing(v) {
+        let across = base.topology().next(h);
+        let (x, y) = (known(base.topology().tail(across)), known(base.topology().tip(across)));
         [x, y].into_iter().flatten().for_each(|p| neighbours.add(p));
-        if let (Some(x), Some(y), Some(twin)) = (x, y, base.twin(across))
-            && let Some(o) = known(base.tail(base.previous(twin)))
+        if let (Some(x), Some(y), Some(twin)) = (x, y, base.topology().twin(across))
+            && let Some(o) = known(base.topology().tail(base.topology().previous(twin)))
         {
             parallelograms.add([0, 1, 2].map(|c| x[c] + y[c] - o[c]));
         }

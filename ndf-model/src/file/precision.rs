@@ -125,11 +125,11 @@ const SPACING_BY_DISTANCE: f64 = 2.0;
 /// The mesh with positions on a grid: as coarse as precision and distance from the surface allow and no face turns by
 /// more than 60°. `None` if faces turn on any.
 fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<ManifoldMesh> {
-    let lengths = (0..base.edge_count() as u32).map(|e| {
-        let [a, b] = base.edge_vertices(e).map(|v| base.positions()[v as usize]);
+    let lengths = (0..base.topology().edge_count() as u32).map(|e| {
+        let [a, b] = base.topology().edge_vertices(e).map(|v| base.positions()[v as usize]);
         a.distance(b)
     });
-    let mean = lengths.sum::<f64>() / base.edge_count().max(1) as f64;
+    let mean = lengths.sum::<f64>() / base.topology().edge_count().max(1) as f64;
     let spacing = |bits: u32| mean / f64::from(bits).exp2();
     let finest = spacing(precision.positions.max(MIN_POSITION_BITS));
     let spacing = (SPACING_BY_DISTANCE * distance).clamp(finest, spacing(MIN_POSITION_BITS));

@@ -163,7 +163,7 @@ fn a_base_vertex_has_one_value_whichever_face_it_is_asked_in() {
                 barycentric[h as usize % 3] = 1.0;
                 FacePoint { face: h / 3, barycentric }
             };
-            let corners: Vec<FacePoint> = base.outgoing(v).map(corner).collect();
+            let corners: Vec<FacePoint> = base.topology().outgoing(v).map(corner).collect();
             let values = fields.evaluate(&base, &corners);
             for other in values.chunks_exact(3) {
                 assert!(other.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6));

@@ -58,7 +58,9 @@ impl Engine {
             shape: shape.clone(),
             faces: base.faces().to_vec(),
             positions: single(base.positions()),
-            incident: (0..base.vertex_count() as u32).map(|v| base.outgoing(v).collect()).collect(),
+            incident: (0..base.vertex_count() as u32)
+                .map(|v| base.topology().outgoing(v).collect())
+                .collect(),
             rounded: Rounded::default(),
             packed: Packed::new(mlp),
             by_parameters: vec![0.0; mlp.parameters().len()],

@@ -18,7 +18,8 @@ fn round_trip(mesh: &ManifoldMesh) -> (usize, BaseOrder, Vec<[u32; 3]>) {
     let (faces, vertices) = decode(&mut decoder, mesh.face_count()).unwrap();
     assert_eq!(vertices, mesh.vertex_count());
     for (face, &first) in faces.iter().zip(&order.faces) {
-        let corners = [first, mesh.next(first), mesh.previous(first)].map(|h| mesh.tail(h));
+        let corners = [first, mesh.topology().next(first), mesh.topology().previous(first)]
+            .map(|h| mesh.topology().tail(h));
         assert_eq!(face.map(|v| order.vertices[v as usize]), corners);
     }
     (bytes.len(), order, faces)

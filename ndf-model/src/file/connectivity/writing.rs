@@ -59,19 +59,19 @@ impl<'a> Writing<'a> {
         let mesh = self.mesh;
         // Towards the faces before `out`, then towards those behind.
         let mut h = out;
-        while let Some(twin) = mesh.twin(h) {
+        while let Some(twin) = mesh.topology().twin(h) {
             if self.is_visited(twin) {
                 let before = machine.owners[self.new_halfedge(twin) as usize];
                 return Some(machine.node(before).next);
             }
-            h = mesh.next(twin);
+            h = mesh.topology().next(twin);
         }
-        h = mesh.previous(out);
-        while let Some(twin) = mesh.twin(h) {
+        h = mesh.topology().previous(out);
+        while let Some(twin) = mesh.topology().twin(h) {
             if self.is_visited(twin) {
                 return Some(machine.owners[self.new_halfedge(twin) as usize]);
             }
-            h = mesh.previous(twin);
+            h = mesh.topology().previous(twin);
         }
         None
     }
@@ -126,9 +126,11 @@ impl Guide for Writing<'_> {
 
     fn across(&mut self, machine: &Machine, gate: u32) -> Step {
         let (a, b) = (gate, machine.node(gate).next);
-        let Some(twin) = self.mesh.twin(self.old(machine.node(gate).halfedge)) else { return Step::Border };
-        let out = self.mesh.previous(twin);
-        let vertex = self.mesh.tail(out);
+        let Some(twin) = self.mesh.topology().twin(self.old(machine.node(gate).halfedge)) else {
+            return Step::Border;
+        };
+        let out = self.mesh.topology().previous(twin);
+        let vertex = self.mesh.topology().tail(out);
         if self.new_vertices[vertex as usize] == NO_HALFEDGE {
             self.take_face(twin);
             self.take_vertex(vertex);
