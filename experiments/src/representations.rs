@@ -104,7 +104,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
 
 /// Fails unless exact distances from a vertex reach all others and the modes are complete.
 fn check_analysis(surface: &ManifoldMesh) -> Result<(), String> {
-    let mesh = IntrinsicMesh::of_mesh(surface);
+    let mesh = IntrinsicMesh::from_mesh(surface);
     let found = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
         .map_err(|e| format!("distances: {e}"))?;
     if let Some(vertex) = found.distances().iter().position(|d| !d.is_finite()) {

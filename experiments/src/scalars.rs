@@ -181,7 +181,7 @@ fn eigenfunctions(path: &Path, name: &str) -> Result<(Model, TriangleMesh, Vec<V
         }
     };
     let mesh = model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
-    let laplacian = LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(&mesh), OperatorOptions::default());
+    let laplacian = LaplaceBeltrami::new(&IntrinsicMesh::from_mesh(&mesh), OperatorOptions::default());
     let options = ModeOptions { count: FUNCTIONS + 1, ..ModeOptions::default() };
     let modes = laplacian.and_then(|l| l.modes(&options, &NoProgress)).map_err(|e| say(&e))?;
     let functions = mode_scalars(&modes).split_off(1);

@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let base = base_mesh(&surface, &BaseMeshOptions { faces: 1000, ..Default::default() }, &NoProgress)?;
     let settings = Settings { epochs: 1500, samples: 4096, ..Settings::default() };
     let learned = fit(&surface, &base.mesh, &settings, &NoProgress)?;
-    let extraction = extract(&learned.field, &ExtractionOptions::new(0.04))?;
+    let extraction = extract(&learned.field, &ExtractionOptions::new(0.04), &NoProgress)?;
     let mesh = extraction.mesh.into_triangle_mesh().map_positions(|p| learned.similarity.to_world(p));
     write_mesh(&output, &mesh, &[])?;
     Ok(())

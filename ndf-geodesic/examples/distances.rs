@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => shapes::torus(120, 50, 1.0, 0.4),
     };
     let mesh = ManifoldMesh::try_from(mesh)?;
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
 
     // From two sources: a vertex, and the middle of the first face. Paths need the windows.
     let sources =

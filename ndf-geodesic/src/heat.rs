@@ -29,7 +29,7 @@
 //! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes};
 //!
 //! let sphere = ManifoldMesh::try_from(shapes::icosphere(3)).expect("a sphere is a manifold");
-//! let solver = HeatSolver::new(&IntrinsicMesh::of_mesh(&sphere))?;
+//! let solver = HeatSolver::new(&IntrinsicMesh::from_mesh(&sphere))?;
 //! for source in [0, 17] {
 //!     let distances = solver.distances(&[SurfacePoint::Vertex(source)])?;
 //!     let farthest = distances.iter().copied().fold(0.0, f64::max);
@@ -203,11 +203,11 @@ mod tests {
     #[test]
     fn close_to_exact_on_good_meshes_and_closer_on_finer_ones() {
         let errors = [3, 4, 5].map(|level| {
-            let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(level)).unwrap());
+            let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::icosphere(level)).unwrap());
             mean_error(&mesh, &[SurfacePoint::Vertex(0)])
         });
         assert!(errors[0] < 0.03 && errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
-        let grid = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::grid(40, 30)).unwrap());
+        let grid = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::grid(40, 30)).unwrap());
         let inside = SurfacePoint::Face(FacePoint { face: 1111, barycentric: [0.2, 0.3, 0.5] });
         assert!(mean_error(&grid, &[inside]) < 0.03);
         assert!(mean_error(&grid, &[SurfacePoint::Vertex(0), inside]) < 0.03);
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn stretched_meshes_are_flipped_first() {
         let stretched = shapes::grid(40, 40).map_positions(|p| p * ndf_core::DVec3::new(20.0, 1.0, 1.0));
-        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(stretched).unwrap());
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(stretched).unwrap());
         assert!(mean_error(&mesh, &[SurfacePoint::Vertex(17 * 41 + 20)]) < 0.05);
     }
 
@@ -228,7 +228,7 @@ mod tests {
         positions.extend(positions.clone().iter().map(|p| *p + ndf_core::DVec3::X * 5.0));
         faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
         let two = ndf_mesh::TriangleMesh::new(positions, faces).unwrap();
-        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(two).unwrap());
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(two).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
         let d = solver.distances(&[SurfacePoint::Vertex(n)]).unwrap();
         assert!(d[..n as usize].iter().all(|d| d.is_infinite()));
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn no_source_is_an_error() {
-        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(0)).unwrap());
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::icosphere(0)).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
         assert_eq!(solver.distances(&[]).unwrap_err(), GeodesicError::NoSource);
         for time in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -13,7 +13,7 @@
 //! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes, FacePoint};
 //!
 //! let cube = ManifoldMesh::try_from(shapes::cube(1)).expect("a cube is a manifold");
-//! let mesh = IntrinsicMesh::of_mesh(&cube);
+//! let mesh = IntrinsicMesh::from_mesh(&cube);
 //! let source = SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.5, 0.5, 0.0] });
 //! let geodesics = exact_distances(&mesh, &[source], &ExactOptions::with_windows(), &NoProgress)?;
 //! assert_eq!(geodesics.unreached(), 0);

@@ -42,7 +42,7 @@ fn compare(
     let reference = meshes::reference();
     let stride = reference["stride"].as_u64().unwrap() as usize;
     for (name, mesh) in named {
-        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap());
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap());
         for entry in reference[name]["distances"].as_array().unwrap() {
             let sources: Vec<SurfacePoint> = meshes::numbers(&entry["sources"])
                 .into_iter()
@@ -105,7 +105,7 @@ fn distances_agree_with_the_reference_on_every_mesh() {
             continue;
         }
         let mesh = match ManifoldMesh::try_from(mesh) {
-            Ok(mesh) => IntrinsicMesh::of_mesh(&mesh),
+            Ok(mesh) => IntrinsicMesh::from_mesh(&mesh),
             Err(error) => {
                 println!("{name}: skipped, {error}");
                 continue;
@@ -152,7 +152,7 @@ fn subdivision_changes_no_distance() {
         let fine = subdivided(&mesh);
         let Ok(fine) = ManifoldMesh::try_from(fine) else { continue };
         let Ok(mesh) = ManifoldMesh::try_from(mesh) else { continue };
-        let (mesh, fine) = (IntrinsicMesh::of_mesh(&mesh), IntrinsicMesh::of_mesh(&fine));
+        let (mesh, fine) = (IntrinsicMesh::from_mesh(&mesh), IntrinsicMesh::from_mesh(&fine));
         let run = |m| {
             exact_distances(m, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap()
         };

@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 fn intrinsic(mesh: &TriangleMesh) -> IntrinsicMesh {
-    IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap())
+    IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap())
 }
 
 fn from_vertex(mesh: &IntrinsicMesh, v: u32) -> Vec<f64> {
@@ -197,7 +197,7 @@ fn windows_that_start_where_they_end_are_no_windows() {
     let quads = n / 2 * n + n / 2;
     for (mesh, stretch) in [(&lattice, 1.0), (&folded, 2.0_f64.sqrt())] {
         let mesh = ManifoldMesh::try_from(mesh.clone()).unwrap();
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let edge = (0..intrinsic.edge_count() as u32).nth(mesh.vertex_count()).unwrap();
         for source in [
             SurfacePoint::Vertex(0),
@@ -231,7 +231,7 @@ fn edges_without_length_and_flat_faces_are_crossed() {
     let snapped =
         fine.map_positions(|p| DVec3::new((p.x * 10.0).round() / 10.0, (p.y * 10.0).round() / 10.0, 0.0));
     let mesh = ManifoldMesh::try_from(snapped).unwrap();
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
     assert!(intrinsic.lengths().contains(&0.0));
     for source in [0, 12, 300] {
         let geodesics = exact_distances(
@@ -407,7 +407,7 @@ fn subdivision_changes_no_distance_on_noise_of_any_kind() {
         let mesh = TriangleMesh::new(moved, base.faces().to_vec()).unwrap();
         let fine = intrinsic(&subdivided(&mesh));
         let mesh = ManifoldMesh::try_from(mesh).unwrap();
-        let coarse = IntrinsicMesh::of_mesh(&mesh);
+        let coarse = IntrinsicMesh::from_mesh(&mesh);
         let source = rng.random_range(0..mesh.vertex_count() as u32);
         let geodesics = exact_distances(
             &coarse,

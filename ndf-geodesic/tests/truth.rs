@@ -52,7 +52,7 @@ fn check_path(mesh: &ManifoldMesh, geodesics: &Geodesics<'_>, to: SurfacePoint, 
 fn plane_is_euclidean() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mesh = manifold(shapes::grid(23, 17));
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
     for _ in 0..40 {
         let source = random_point(&intrinsic, &mut rng);
         let geodesics = run(&intrinsic, &[source]);
@@ -82,7 +82,7 @@ fn paths_bend_around_a_notch() {
     let plate = TriangleMesh::new(full.positions().to_vec(), faces).unwrap();
     let (plate, _) = ndf_mesh::repair::without_unreferenced_vertices(&plate);
     let mesh = manifold(plate);
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
     let at = |x: f64, y: f64| {
         mesh.positions().iter().position(|p| p.distance(DVec3::new(x, y, 0.0)) < 1e-12).unwrap() as u32
     };
@@ -108,7 +108,7 @@ fn spheres_and_cylinders_converge() {
     let mut errors = Vec::new();
     for level in 2..6 {
         let mesh = manifold(shapes::icosphere(level));
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let geodesics =
             exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
                 .unwrap();
@@ -130,7 +130,7 @@ fn spheres_and_cylinders_converge() {
         let tube = TriangleMesh::new(sheet.map_positions(rolled).positions().to_vec(), faces).unwrap();
         let (tube, _) = ndf_mesh::repair::without_unreferenced_vertices(&tube);
         let mesh = manifold(tube);
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let geodesics =
             exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
                 .unwrap();
@@ -151,7 +151,7 @@ fn cube_unfolds() {
     // face is reached over one of the unfoldings below.
     for n in [1, 2, 5, 12] {
         let mesh = manifold(shapes::cube(n));
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let corner = mesh.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
         let source = SurfacePoint::Vertex(corner);
         let geodesics = run(&intrinsic, &[source]);
@@ -187,7 +187,7 @@ fn tetrahedron_unfolds() {
     let p = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(DVec3::from_array);
     let mesh =
         manifold(TriangleMesh::new(p.to_vec(), vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).unwrap());
-    let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
     let edge = 8.0_f64.sqrt();
     let lattice = |i: f64, j: f64| [edge * (i + 0.5 * j), edge * 0.75_f64.sqrt() * j];
     // Faces 0 and 3 share the edge 1–2: laid out as the triangles (0, 1, 2) and (2, 1, 3) of a strip.
@@ -336,7 +336,7 @@ fn bumpy(seed: u64) -> ManifoldMesh {
 fn symmetry_and_triangle_inequality() {
     for seed in 0..12 {
         let mesh = bumpy(seed);
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let points: Vec<SurfacePoint> = (0..9).map(|_| random_point(&intrinsic, &mut rng)).collect();
         let runs: Vec<Geodesics<'_>> = points.iter().map(|&p| run(&intrinsic, &[p])).collect();
@@ -410,7 +410,7 @@ fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
 fn graphs_bound_from_above_and_come_near() {
     for seed in 0..6 {
         let mesh = bumpy(seed);
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let exact =
             exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default(), &NoProgress)
                 .unwrap();

@@ -48,7 +48,7 @@ fn measure(path: &str) -> Result<String, String> {
             mesh.face_count(),
             flips.flips,
             refined.mesh().face_count(),
-            report.min_angle_deg,
+            report.min_angle.to_degrees(),
         );
     }
     Ok(row)

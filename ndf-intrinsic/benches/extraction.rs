@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
+use ndf_core::NoProgress;
 use ndf_intrinsic::{ExtractionOptions, extract};
 use ndf_model::Model;
 
@@ -44,7 +45,8 @@ fn measure(path: &Path, h: &str) -> Result<String, String> {
     let mut report = None;
     for _ in 0..RUNS {
         let start = Instant::now();
-        let extraction = extract(&model.field, &ExtractionOptions::new(h)).map_err(|e| e.to_string())?;
+        let extraction =
+            extract(&model.field, &ExtractionOptions::new(h), &NoProgress).map_err(|e| e.to_string())?;
         seconds = seconds.min(start.elapsed().as_secs_f64());
         report = Some(extraction.report);
     }

@@ -56,7 +56,7 @@ impl<'m> IntegerCoordinates<'m> {
     /// The input itself, in its own metric: every inner edge runs along its own curve. O(n).
     pub fn new(input: &'m ManifoldMesh) -> Self {
         let fans = CurveFans::of(input);
-        let mut mesh = IntrinsicMesh::of_mesh(input);
+        let mut mesh = IntrinsicMesh::from_mesh(input);
         for v in 0..input.vertex_count() {
             let range = fans.offsets[v] as usize..fans.offsets[v + 1] as usize;
             for (index, &h) in fans.curves[range].iter().enumerate() {

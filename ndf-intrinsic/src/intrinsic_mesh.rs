@@ -62,10 +62,7 @@ pub struct Mollification {
     pub faces: usize,
 }
 
-/// Cotangents may sum to this little below zero and still count as Delaunay: cotangents are of order one and
-/// carry rounding errors of a few 1e-16 times the condition of their triangle; co-circular quads would
-/// otherwise flip back and forth.
-pub const DELAUNAY_TOLERANCE: f64 = 1e-9;
+pub use ndf_mesh::quality::DELAUNAY_TOLERANCE;
 
 impl Deref for IntrinsicMesh {
     type Target = Topology<u32>;
@@ -77,7 +74,7 @@ impl Deref for IntrinsicMesh {
 
 impl IntrinsicMesh {
     /// Connectivity and edge lengths of a mesh, with its numbering. O(n).
-    pub fn of_mesh(mesh: &ManifoldMesh) -> Self {
+    pub fn from_mesh(mesh: &ManifoldMesh) -> Self {
         let p = mesh.positions();
         let length = |e| {
             let [a, b] = mesh.topology().edge_vertices(e);
@@ -303,7 +300,7 @@ mod tests {
     #[test]
     fn lengths_areas_and_angles_are_those_of_the_mesh() {
         let mesh = ManifoldMesh::try_from(shapes::torus(24, 12, 1.0, 0.4)).unwrap();
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         assert_relative_eq!(intrinsic.total_area(), mesh.area(), max_relative = 1e-12);
         let defect: f64 = intrinsic.angle_sums().iter().map(|a| 2.0 * PI - a).sum();
         assert_relative_eq!(defect, 0.0, epsilon = 1e-9);
@@ -313,7 +310,7 @@ mod tests {
 
     #[test]
     fn mollification_does_nothing_to_good_meshes_and_mends_flat_faces() {
-        let mut good = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(shapes::icosphere(1)).unwrap());
+        let mut good = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::icosphere(1)).unwrap());
         assert_eq!(good.mollify(1e-8), Mollification { added: 0.0, relative: 0.0, faces: 0 });
         let complex = Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
         let mut flat = IntrinsicMesh::new(&complex, vec![1.0, 1.0, 2.0], 0.0).unwrap();

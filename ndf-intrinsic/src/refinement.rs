@@ -24,19 +24,19 @@ const NEEDLE: f64 = std::f64::consts::FRAC_PI_3;
 /// What to refine for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefinementOptions {
-    /// The angle wanted everywhere but at needles, in degrees. Ending is proven up to 25 with boundary and 30
+    /// The angle wanted everywhere but at needles, in radians. Ending is proven up to 25 with boundary and 30
     /// without.
-    pub min_angle_deg: f64,
+    pub min_angle: f64,
     /// The longest circumradius allowed, in the mesh's unit; ∞ for any.
     pub max_circumradius: f64,
     /// Insertions after which refinement gives up and says so.
-    pub most_insertions: usize,
+    pub max_insertions: usize,
 }
 
 impl Default for RefinementOptions {
     /// 25°, circumcircles of any size, ten million insertions.
     fn default() -> Self {
-        Self { min_angle_deg: 25.0, max_circumradius: f64::INFINITY, most_insertions: 10_000_000 }
+        Self { min_angle: 25.0_f64.to_radians(), max_circumradius: f64::INFINITY, max_insertions: 10_000_000 }
     }
 }
 
@@ -55,10 +55,10 @@ pub struct RefinementReport {
     pub needle_faces: usize,
     /// Other faces that do not satisfy the bounds. 0 if refinement succeeded.
     pub unrefined_faces: usize,
-    /// Whether it was stopped by [`RefinementOptions::most_insertions`].
+    /// Whether it was stopped by [`RefinementOptions::max_insertions`].
     pub reached_cap: bool,
-    /// The smallest angle but for those at needles, in degrees.
-    pub min_angle_deg: f64,
+    /// The smallest angle but for those at needles, in radians.
+    pub min_angle: f64,
 }
 
 /// What is wrong with a face.
@@ -115,7 +115,7 @@ impl Refinement<'_, '_> {
         if triangle::circumradius(sides) > self.options.max_circumradius {
             return Verdict::Bad;
         }
-        let bound = self.options.min_angle_deg.to_radians();
+        let bound = self.options.min_angle;
         let mut verdict = Verdict::Good;
         for c in 0..3 {
             if triangle::angle(sides, c) < bound {
@@ -143,7 +143,7 @@ impl Refinement<'_, '_> {
             if gone || self.mesh().area(face).to_bits() != area || self.judge(face) != Verdict::Bad {
                 continue;
             }
-            if self.report.insertions + self.report.boundary_splits >= self.options.most_insertions {
+            if self.report.insertions + self.report.boundary_splits >= self.options.max_insertions {
                 self.report.reached_cap = true;
                 break;
             }
@@ -263,7 +263,7 @@ impl Refinement<'_, '_> {
                 }
             }
         }
-        self.report.min_angle_deg = smallest.to_degrees();
+        self.report.min_angle = smallest;
         self.report
     }
 }

@@ -41,7 +41,7 @@ fn walks_by_angle_and_integers_agree() {
 fn inserted_vertices_are_where_walks_find_them() {
     for (name, mesh) in random_meshes(5) {
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
-        triangulation.refine_delaunay(&RefinementOptions { most_insertions: 200, ..Default::default() });
+        triangulation.refine_delaunay(&RefinementOptions { max_insertions: 200, ..Default::default() });
         let size = mesh.bounds().diagonal();
         for v in mesh.vertex_count() as u32..triangulation.mesh().vertex_count() as u32 {
             let location = triangulation.location(v);

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests")]
 
+use ndf_core::NoProgress;
 use ndf_intrinsic::{ExtractionError, ExtractionOptions, extract};
 use ndf_mesh::shapes;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
@@ -31,7 +32,7 @@ fn every_promise_is_kept() {
     ] {
         let field = wavy(base, 0.15);
         for h in [0.5, 0.1, 0.04] {
-            let extraction = extract(&field, &ExtractionOptions::new(h)).unwrap();
+            let extraction = extract(&field, &ExtractionOptions::new(h), &NoProgress).unwrap();
             let report = extraction.report;
             eprintln!("{name}, h {h}: {report:?}");
             assert!(report.holds());
@@ -56,7 +57,7 @@ fn every_promise_is_kept() {
 #[test]
 fn long_edges_make_meshes_coarser_than_the_base() {
     let field = wavy(shapes::icosphere(4), 0.05);
-    let report = extract(&field, &ExtractionOptions::new(0.4)).unwrap().report;
+    let report = extract(&field, &ExtractionOptions::new(0.4), &NoProgress).unwrap().report;
     assert!(report.holds());
     assert!(report.faces < field.base().face_count() / 8, "{} faces", report.faces);
 }
@@ -66,7 +67,7 @@ fn the_same_field_gives_the_same_mesh_on_any_number_of_threads() {
     let field = wavy(shapes::icosphere(2), 0.15);
     let [a, b] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| extract(&field, &ExtractionOptions::new(0.03)).unwrap())
+        pool.install(|| extract(&field, &ExtractionOptions::new(0.03), &NoProgress).unwrap())
     });
     assert_eq!(a.mesh.faces(), b.mesh.faces());
     assert_eq!(a.mesh.positions(), b.mesh.positions());
@@ -78,7 +79,7 @@ fn the_same_field_gives_the_same_mesh_on_any_number_of_threads() {
 fn stretched_spots_leave_no_long_edges() {
     // Waves steeper than a fitted field is: chords see little of the base mesh' metric.
     for base in [shapes::icosphere(2), shapes::torus(24, 12, 1.0, 0.4)] {
-        let report = extract(&wavy(base, 0.3), &ExtractionOptions::new(0.03)).unwrap().report;
+        let report = extract(&wavy(base, 0.3), &ExtractionOptions::new(0.03), &NoProgress).unwrap().report;
         assert!(report.holds(), "{report:?}");
         eprintln!("{report:?}");
         assert!(report.longest_in_h < 2.0, "{report:?}");
@@ -89,7 +90,8 @@ fn stretched_spots_leave_no_long_edges() {
 fn absurd_lengths_are_refused() {
     let field = wavy(shapes::icosphere(1), 0.1);
     let error = |h: f64| {
-        extract(&field, &ExtractionOptions { most_faces: 1000, ..ExtractionOptions::new(h) }).unwrap_err()
+        extract(&field, &ExtractionOptions { max_faces: 1000, ..ExtractionOptions::new(h) }, &NoProgress)
+            .unwrap_err()
     };
     assert_eq!(error(-1.0), ExtractionError::EdgeLength(-1.0));
     assert!(matches!(error(f64::NAN), ExtractionError::EdgeLength(_)));

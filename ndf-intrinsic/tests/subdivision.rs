@@ -48,7 +48,7 @@ fn the_area_is_that_of_the_input() {
             random_edits(&mut triangulation, 80, &mut rng(seed));
             assert_subdivides(&mesh, &triangulation.common_subdivision());
             let mut refined = IntrinsicTriangulation::new(&mesh);
-            refined.refine_delaunay(&RefinementOptions { most_insertions: 2000, ..Default::default() });
+            refined.refine_delaunay(&RefinementOptions { max_insertions: 2000, ..Default::default() });
             assert_subdivides(&mesh, &refined.common_subdivision());
         }
     }

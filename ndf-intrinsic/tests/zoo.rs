@@ -3,7 +3,7 @@
 mod common;
 
 use common::{assert_lengths_agree, assert_sound, manifold, random_meshes, rng};
-use ndf_core::DVec3;
+use ndf_core::{DVec3, NoProgress};
 use ndf_intrinsic::{
     ExtractionOptions, FlipError, InsertError, IntrinsicTriangulation, RefinementOptions, RemoveError,
     extract,
@@ -25,7 +25,7 @@ fn survives(mesh: &ManifoldMesh, refine: bool) {
     if refine {
         let report = triangulation.refine_delaunay(&RefinementOptions::default());
         assert!(!report.reached_cap && report.unrefined_faces == 0, "{report:?}");
-        assert!(report.min_angle_deg >= 25.0 - 1e-9, "{report:?}");
+        assert!(report.min_angle.to_degrees() >= 25.0 - 1e-9, "{report:?}");
         assert!(triangulation.mesh().is_delaunay());
         assert_sound(&triangulation);
         done = format!("{report:?}");
@@ -81,7 +81,7 @@ fn decimated_meshes() {
         let field = DisplacementField::untrained(manifold(mesh), FieldShape::default(), 1).unwrap();
         // Collapses only: vertices stay where they are.
         let options = ExtractionOptions { relaxations: 0, ..ExtractionOptions::new(0.5) };
-        let decimated = extract(&field, &options).unwrap().mesh;
+        let decimated = extract(&field, &options, &NoProgress).unwrap().mesh;
         assert!(decimated.face_count() * 8 < field.base().face_count(), "{} faces", decimated.face_count());
         survives(&decimated, true);
     }
@@ -188,7 +188,7 @@ fn needles_are_left_alone_and_counted() {
 fn the_cap_ends_refinement_with_a_report() {
     let mesh = manifold(shapes::icosphere(2));
     let mut triangulation = IntrinsicTriangulation::new(&mesh);
-    let options = RefinementOptions { max_circumradius: 1e-3, most_insertions: 100, ..Default::default() };
+    let options = RefinementOptions { max_circumradius: 1e-3, max_insertions: 100, ..Default::default() };
     let report = triangulation.refine_delaunay(&options);
     assert!(report.reached_cap);
     assert_eq!(report.insertions, 100);
@@ -250,7 +250,7 @@ fn sample_meshes_become_delaunay_and_reach_the_angle() {
         let report = triangulation.refine_delaunay(&RefinementOptions::default());
         assert!(triangulation.mesh().is_delaunay(), "{name}");
         assert!(!report.reached_cap && report.unrefined_faces == 0, "{name}: {report:?}");
-        assert!(report.min_angle_deg >= 25.0 - 1e-9, "{name}: {report:?}");
+        assert!(report.min_angle.to_degrees() >= 25.0 - 1e-9, "{name}: {report:?}");
         triangulation.mesh().check().unwrap();
     }
 }

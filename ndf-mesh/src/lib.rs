@@ -1,6 +1,22 @@
 //! Triangle meshes: as read ([`TriangleMesh`]), examined ([`ValidationReport`]), mended ([`repair`]) and proven
 //! ([`ManifoldMesh`]); their files ([`io`]), [closest points and rays](triangle_tree), [sampling], [quality] and
 //! [distances](metrics).
+//!
+//! [`Topology`] is the half-edge connectivity of them all, and of intrinsic triangulations: twins, fans, checks,
+//! edits. A [`FacePoint`] is a point of a face, a [`SurfacePoint`] one of a vertex, an edge or a face.
+//!
+//! ```
+//! use ndf_core::{DVec3, Hint};
+//! use ndf_mesh::{ManifoldMesh, TriangleTree, shapes};
+//!
+//! let sphere = ManifoldMesh::try_from(shapes::icosphere(4))?;
+//! assert_eq!(sphere.topology().euler_characteristic(), 2);
+//! let tree = TriangleTree::new(&sphere);
+//! let closest = tree.closest_point(DVec3::new(0.0, 0.0, 3.0), Hint::NONE).expect("the tree has faces");
+//! assert!((closest.point.z - 1.0).abs() < 0.01);
+//! assert!(closest.at.position(&sphere).distance(closest.point) < 1e-12);
+//! # Ok::<(), ndf_mesh::NotManifold>(())
+//! ```
 
 mod face_point;
 pub mod halfedge;

@@ -44,8 +44,10 @@ pub struct Quality {
     pub delaunay_fraction: f64,
 }
 
-/// Cotangents of opposite angles may sum to this little below zero by rounding (cotangents are of order 1).
-const DELAUNAY_TOLERANCE: f64 = 1e-9;
+/// Cotangents of opposite angles may sum to this little below zero and still count as Delaunay: cotangents are of
+/// order one and carry rounding errors of a few 1e-16 times the condition of their triangle; co-circular quads would
+/// otherwise flip back and forth.
+pub const DELAUNAY_TOLERANCE: f64 = 1e-9;
 
 impl Quality {
     /// Measures a mesh, over all threads. O(n).

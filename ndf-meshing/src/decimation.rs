@@ -25,13 +25,13 @@ pub struct DecimationOptions {
     pub boundary_weight: f64,
     /// No face gets a quality (4 √3 area / sum of squared sides, 1 for an equilateral triangle) below this, unless
     /// it comes from faces that were worse. From 0 to 1; larger values cost closeness.
-    pub least_quality: f64,
+    pub min_quality: f64,
 }
 
 impl DecimationOptions {
     /// The usual options for so many faces.
     pub fn to_faces(faces: usize) -> Self {
-        Self { faces, boundary_weight: 10.0, least_quality: 0.1 }
+        Self { faces, boundary_weight: 10.0, min_quality: 0.1 }
     }
 }
 
@@ -276,7 +276,7 @@ impl<'a> Decimation<'a> {
             }
         }
         // Not even where all faces around were worse may a face lose its area.
-        worst_after > 1e-6 && (worst_after >= self.options.least_quality || worst_after >= worst_before)
+        worst_after > 1e-6 && (worst_after >= self.options.min_quality || worst_after >= worst_before)
     }
 
     fn collapse(&mut self, h: u32, placement: DVec3) {

@@ -3,11 +3,21 @@
 //! [`marching_cubes()`] makes a manifold of the level set of any [`ImplicitField`](ndf_core::ImplicitField), [`decimate`]
 //! leaves as many of its faces as are asked for, and [`improve`] mends their shapes. [`base_mesh()`] does all of it.
 //! [`remesh_isotropically`] makes meshes of one edge length, to compare with.
+//!
+//! ```
+//! use ndf_core::NoProgress;
+//! use ndf_mesh::{ManifoldMesh, shapes};
+//! use ndf_meshing::{DecimationOptions, decimate};
+//!
+//! let fine = ManifoldMesh::try_from(shapes::torus(60, 30, 1.0, 0.4))?;
+//! let coarse = decimate(&fine, &DecimationOptions::to_faces(400), &NoProgress);
+//! assert!(coarse.reached && coarse.mesh.topology().euler_characteristic() == 0);
+//! # Ok::<(), ndf_mesh::NotManifold>(())
+//! ```
 
 pub mod base_mesh;
 pub mod decimation;
 mod editable_mesh;
-
 pub mod isotropic;
 pub mod marching_cubes;
 mod original;

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         meshes.push((path.clone(), io::read_mesh(&path)?.mesh));
     }
     for (name, mesh) in meshes {
-        let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh)?);
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh)?);
         let operator = LaplaceBeltrami::new(&mesh, OperatorOptions::default())?;
         for count in [20, 100] {
             println!("{}", row(&name, &operator, count)?);

@@ -15,7 +15,7 @@
 //!
 //! let sphere = ManifoldMesh::try_from(shapes::icosphere(3)).expect("a sphere is a manifold");
 //! let options = ModeOptions { count: 9, ..ModeOptions::default() };
-//! let modes = modes(&IntrinsicMesh::of_mesh(&sphere), &options, &NoProgress)?;
+//! let modes = modes(&IntrinsicMesh::from_mesh(&sphere), &options, &NoProgress)?;
 //! // Eigenvalues of the unit sphere are l (l + 1), each 2l + 1 times.
 //! for (found, exact) in modes.eigenvalues.iter().zip([0.0, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0, 6.0, 6.0]) {
 //!     assert!((found - exact).abs() < 0.1);

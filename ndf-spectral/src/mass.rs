@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn every_mass_sums_to_the_area() {
         let mesh = ManifoldMesh::try_from(shapes::torus(11, 5, 1.0, 0.4)).unwrap();
-        let mesh = IntrinsicMesh::of_mesh(&mesh);
+        let mesh = IntrinsicMesh::from_mesh(&mesh);
         for mass in [Mass::Barycentric, Mass::MixedVoronoi, Mass::Consistent] {
             let matrix = mass_matrix(&MetricTriangles::from(&mesh), mass);
             let total: f64 = matrix.values().iter().sum();

@@ -32,7 +32,7 @@ fn read(path: &Path) -> TriangleMesh {
 /// The plain operator of a mesh, manifold or not, without mollification.
 fn plain_operator(mesh: &TriangleMesh) -> LaplaceBeltrami {
     let triangles = match ManifoldMesh::try_from(mesh.clone()) {
-        Ok(mesh) => MetricTriangles::from(&IntrinsicMesh::of_mesh(&mesh)),
+        Ok(mesh) => MetricTriangles::from(&IntrinsicMesh::from_mesh(&mesh)),
         Err(_) => {
             let length = |a: u32, b: u32| mesh.positions()[a as usize].distance(mesh.positions()[b as usize]);
             let sides = mesh.faces().iter().map(|&[a, b, c]| [length(a, b), length(b, c), length(c, a)]);
@@ -65,7 +65,7 @@ fn eigenvalues_agree_on_meshes_made_by_formulas() {
         ];
         if name == "torus" {
             // A closed manifold has the Delaunay triangulation of its cover.
-            let mesh = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh).unwrap());
+            let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh).unwrap());
             operators.push(("tufted", LaplaceBeltrami::new(&mesh, options).unwrap()));
         }
         for (kind, operator) in operators {

@@ -15,7 +15,7 @@ use ndf_mesh::{TriangleMesh, shapes};
 use ndf_spectral::{CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
 
 fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {
-    IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh).unwrap())
+    IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh).unwrap())
 }
 
 fn operator(mesh: TriangleMesh, mass: Mass) -> LaplaceBeltrami {

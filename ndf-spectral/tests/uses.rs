@@ -14,7 +14,8 @@ use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions, Screene
 /// The unit sphere: positions, operator, and modes up to degree five.
 fn sphere() -> (Vec<glam::DVec3>, LaplaceBeltrami, Modes) {
     let mesh = ManifoldMesh::try_from(shapes::icosphere(4)).unwrap();
-    let operator = LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(&mesh), OperatorOptions::default()).unwrap();
+    let operator =
+        LaplaceBeltrami::new(&IntrinsicMesh::from_mesh(&mesh), OperatorOptions::default()).unwrap();
     let options = ModeOptions { count: 36, ..ModeOptions::default() };
     let modes = operator.modes(&options, &NoProgress).unwrap();
     (mesh.positions().to_vec(), operator, modes)

@@ -1,6 +1,7 @@
 //! What a model gives, in the units of the surface it was learned from.
 
-use ndf_intrinsic::extraction::tessellation::{TessellationError, tessellate};
+use ndf_core::NoProgress;
+use ndf_intrinsic::extraction::tessellation::tessellate;
 use ndf_intrinsic::{ExtractionError, ExtractionOptions, ExtractionReport, extract};
 use ndf_mesh::{FacePoint, ManifoldMesh};
 use ndf_model::{Model, Similarity};
@@ -59,7 +60,7 @@ pub trait ModelExt {
     ///
     /// # Errors
     /// As [`extract`](Self::extract).
-    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, TessellationError>;
+    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError>;
 
     /// The base mesh.
     fn base_in_world(&self) -> ManifoldMesh;
@@ -68,13 +69,13 @@ pub trait ModelExt {
 impl ModelExt for Model {
     fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError> {
         let length = edge_length.relative(&self.similarity);
-        let options = ExtractionOptions { most_faces: MAX_FACES, ..ExtractionOptions::new(length) };
-        let found = extract(&self.field, &options)?;
+        let options = ExtractionOptions { max_faces: MAX_FACES, ..ExtractionOptions::new(length) };
+        let found = extract(&self.field, &options, &NoProgress)?;
         let mesh = to_world(&found.mesh, &self.similarity);
         Ok(Extracted { mesh, origins: found.origins, report: found.report })
     }
 
-    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, TessellationError> {
+    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError> {
         let length = edge_length.relative(&self.similarity);
         let found = tessellate(&self.field, length, MAX_FACES)?;
         Ok(to_world(&found.mesh, &self.similarity))

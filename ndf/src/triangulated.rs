@@ -209,7 +209,7 @@ impl Triangulated {
         let point = |place: &Place| found(mesh, &tree, *place);
         let sources: Vec<SurfacePoint> = sources.iter().map(point).collect::<Result<_, _>>()?;
         let target = options.path_to.as_ref().map(point).transpose()?;
-        let mesh = IntrinsicMesh::of_mesh(mesh);
+        let mesh = IntrinsicMesh::from_mesh(mesh);
         let exact = ExactOptions { keep_windows: target.is_some(), ..ExactOptions::default() };
         if options.method == DistanceMethod::Exact {
             let geodesics = exact_distances(&mesh, &sources, &exact, progress)?;
@@ -236,7 +236,7 @@ impl Triangulated {
     pub fn modes(&self, options: &ModeOptions, progress: &dyn Progress) -> Result<Modes, SpectralError> {
         let operator = match &self.triangles {
             Triangles::Manifold(mesh) => {
-                LaplaceBeltrami::new(&IntrinsicMesh::of_mesh(mesh), options.operator)
+                LaplaceBeltrami::new(&IntrinsicMesh::from_mesh(mesh), options.operator)
             }
             Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options.operator),
         };

@@ -48,7 +48,7 @@ pub(super) struct Reference {
 impl Reference {
     pub(super) fn new(mesh: TriangleMesh) -> Result<Self, String> {
         let mesh = ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())?;
-        let intrinsic = IntrinsicMesh::of_mesh(&mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let tree = TriangleTree::new(&mesh);
         let similarity = Similarity::to_box(&mesh.bounds());
         let distances = |place: DVec3| -> Result<Distances, String> {
@@ -66,14 +66,14 @@ impl Reference {
         while fine.face_count() < SPECTRAL_FACES {
             fine = parted(&fine)?;
         }
-        let eigenvalues = eigenvalues(&IntrinsicMesh::of_mesh(&fine))?;
+        let eigenvalues = eigenvalues(&IntrinsicMesh::from_mesh(&fine))?;
         Ok(Self { mesh, distances, eigenvalues })
     }
 
     /// How far another mesh is.
     pub(super) fn errors(&self, mesh: &ManifoldMesh) -> Result<Errors, String> {
         let there = measure(&self.mesh, mesh, &MeasureOptions::default()).map_err(|e| e.to_string())?;
-        let intrinsic = IntrinsicMesh::of_mesh(mesh);
+        let intrinsic = IntrinsicMesh::from_mesh(mesh);
         let (eigenvalues, geodesic) =
             rayon::join(|| eigenvalues(&intrinsic), || self.geodesic_error(mesh, &intrinsic));
         let eigenvalues = eigenvalues?;

@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
 /// Measures a mesh; the source is vertex 0.
 pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     let manifold = arguments.mesh.build(&arguments.data)?;
-    let mesh = IntrinsicMesh::of_mesh(&manifold);
+    let mesh = IntrinsicMesh::from_mesh(&manifold);
     let mut row = json!({
         "mesh": arguments.mesh.to_string(),
         "vertices": mesh.vertex_count(),

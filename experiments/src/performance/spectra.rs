@@ -46,7 +46,7 @@ struct Seconds {
 
 /// Measures a mesh.
 pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
-    let mesh = IntrinsicMesh::of_mesh(&arguments.mesh.build(&arguments.data)?);
+    let mesh = IntrinsicMesh::from_mesh(&arguments.mesh.build(&arguments.data)?);
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", arguments.mesh);
     let options = ModeOptions::default();
     let operator = || LaplaceBeltrami::new(&mesh, options.operator).map_err(|e| say(&e));

@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
     let side = |v: &u32| surface.positions()[*v as usize].element_sum();
     let source = (0..surface.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
-    let mesh = IntrinsicMesh::of_mesh(surface);
+    let mesh = IntrinsicMesh::from_mesh(surface);
     let found =
         exact_distances(&mesh, &[SurfacePoint::Vertex(source)], &ExactOptions::default(), &NoProgress)?;
     let values = found.distances().iter().map(|&d| d as f32).collect();
@@ -123,7 +123,7 @@ fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
 
 /// The first eigenfunctions of the Laplacian.
 fn eigenmodes(surface: &ManifoldMesh, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
-    let mesh = IntrinsicMesh::of_mesh(surface);
+    let mesh = IntrinsicMesh::from_mesh(surface);
     let options = ModeOptions { count: DEMO_MODES.min(surface.vertex_count() / 4), ..ModeOptions::default() };
     Ok(mode_scalars(&modes(&mesh, &options, &context.progress())?))
 }

@@ -3,7 +3,7 @@
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
-use super::{Surface, Work};
+use super::{ChordMesh, Work};
 use crate::delaunay::{EdgeQueue, Flip, is_surely_delaunay, quad_edges};
 use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
 
@@ -67,9 +67,9 @@ fn improved_by_flip(mesh: &IntrinsicMesh, points: &[DVec3], limit: f64, edge: u3
 }
 
 /// [Flips](flip_towards_delaunay) all edges of a surface whose points have moved.
-pub(super) fn flip_all(surface: &mut Surface, work: &mut Work) {
+pub(super) fn flip_all(surface: &mut ChordMesh, work: &mut Work) {
     surface.measure();
-    let Surface { mesh, points, .. } = surface;
+    let ChordMesh { mesh, points, .. } = surface;
     // Most edges are left alone: those that are not are found over all threads.
     let improvable: Vec<u32> = (0..mesh.edge_count() as u32)
         .into_par_iter()

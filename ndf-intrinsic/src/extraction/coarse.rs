@@ -81,8 +81,8 @@ pub(super) fn refine<'f>(
             break;
         }
         rounds_left -= 1;
-        if mesh.face_count() + 2 * long.len() > options.most_faces {
-            return Err(ExtractionError::TooManyFaces(options.most_faces));
+        if mesh.face_count() + 2 * long.len() > options.max_faces {
+            return Err(ExtractionError::TooManyFaces(options.max_faces));
         }
         // The longest first, by octaves: cutting a face at its longest side keeps its angles (Rivara 1984). Within
         // an octave in order of edges, which is one of space.

@@ -4,7 +4,7 @@ use ndf_core::DVec3;
 use rayon::prelude::*;
 
 use super::chords::flip_towards_delaunay;
-use super::{LONG, Surface, Work};
+use super::{ChordMesh, LONG, Work};
 use crate::delaunay::EdgeQueue;
 use ndf_mesh::halfedge::keep;
 
@@ -19,7 +19,7 @@ const FEW: usize = 500;
 const MOST_PASSES: usize = 40;
 
 /// Collapses edges shorter than 0.55 h where topology and geometry allow, pass by pass.
-pub(super) fn collapse_short(surface: &mut Surface, h: f64, work: &mut Work) {
+pub(super) fn collapse_short(surface: &mut ChordMesh, h: f64, work: &mut Work) {
     let mut active = vec![true; surface.points.len()];
     let before = work.collapses;
     for _ in 0..MOST_PASSES {
@@ -36,7 +36,7 @@ pub(super) fn collapse_short(surface: &mut Surface, h: f64, work: &mut Work) {
 
 /// One pass over the short edges that have an end near where the last one changed something: others would be
 /// refused again. `active` says which vertices are, before and after.
-fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) -> usize {
+fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work) -> usize {
     // A vertex takes part once a pass, so that collapses do not pile up in one place.
     let mut touched = vec![false; surface.points.len()];
     let mut kept_vertices = Vec::new();
@@ -58,7 +58,7 @@ fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) 
         }
         // The stars around may have changed since it was asked over all threads.
         let Some(half) = collapsible(surface, edge, h) else { continue };
-        let Surface { mesh, points, .. } = surface;
+        let ChordMesh { mesh, points, .. } = surface;
         let kept = mesh.tail(half);
         for e in mesh.topology.collapse(half).into_iter().flatten() {
             mesh.lengths[e as usize] = f64::INFINITY;
@@ -82,8 +82,8 @@ fn pass(surface: &mut Surface, h: f64, active: &mut Vec<bool>, work: &mut Work) 
     kept_vertices.len()
 }
 
-fn close_holes(surface: &mut Surface) {
-    let Surface { mesh, origins, points } = surface;
+fn close_holes(surface: &mut ChordMesh) {
+    let ChordMesh { mesh, origins, points } = surface;
     let survivors = mesh.topology.compact();
     keep(&mut mesh.lengths, &survivors.edges);
     keep(points, &survivors.vertices);
@@ -91,14 +91,14 @@ fn close_holes(surface: &mut Surface) {
 }
 
 /// The half-edge of an edge, i → j, that may be collapsed into i.
-fn collapsible(surface: &Surface, edge: u32, h: f64) -> Option<u32> {
+fn collapsible(surface: &ChordMesh, edge: u32, h: f64) -> Option<u32> {
     let half = surface.mesh.edge_halfedge(edge);
     let twin = surface.mesh.twin(half)?;
     [half, twin].into_iter().find(|&half| may_collapse(surface, half, h))
 }
 
 /// Whether the edge of `half`, i → j, may be collapsed into i.
-fn may_collapse(surface: &Surface, half: u32, h: f64) -> bool {
+fn may_collapse(surface: &ChordMesh, half: u32, h: f64) -> bool {
     let (mesh, points) = (&surface.mesh, &surface.points);
     let (i, j) = (mesh.tail(half), mesh.tip(half));
     let (source, target) = (points[j as usize], points[i as usize]);

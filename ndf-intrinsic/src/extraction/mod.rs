@@ -23,7 +23,7 @@ mod subdivide;
 mod templates;
 pub mod tessellation;
 
-use ndf_core::DVec3;
+use ndf_core::{Cancelled, DVec3, Progress};
 use ndf_mesh::{FacePoint, ManifoldMesh, Topology, TriangleMesh};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
@@ -34,11 +34,10 @@ use report::IntrinsicFigures;
 
 use crate::delaunay::{flip_to_delaunay, violating};
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
+use crate::intrinsic_triangulation::MOLLIFICATION;
 
 /// Edges longer than this many h are split: their halves are then about as far below h as they were above.
 const LONG: f64 = 4.0 / 3.0;
-/// Faces flatter than this, relative to the mean edge, are mollified before the final flips.
-const MOLLIFICATION: f64 = 1e-10;
 
 /// What to extract.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +45,7 @@ pub struct ExtractionOptions {
     /// h: the edge length wanted, in the normalised box. Edges up to 4h/3 are left alone.
     pub edge_length: f64,
     /// More faces than this are refused.
-    pub most_faces: usize,
+    pub max_faces: usize,
     /// Rounds of relaxation; 0 leaves vertices where splits put them.
     pub relaxations: usize,
     /// Whether edges much shorter than h are collapsed.
@@ -56,7 +55,7 @@ pub struct ExtractionOptions {
 impl ExtractionOptions {
     /// Triangles with sides of about `edge_length`, well shaped.
     pub fn new(edge_length: f64) -> Self {
-        Self { edge_length, most_faces: 50_000_000, relaxations: 2, collapse: true }
+        Self { edge_length, max_faces: 50_000_000, relaxations: 2, collapse: true }
     }
 }
 
@@ -72,6 +71,9 @@ pub enum ExtractionError {
     /// The network maps a point of the base to NaN or infinity.
     #[error("the field is not finite on base face {0}")]
     NotFinite(u32),
+    /// The observer asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// An extracted surface, in the normalised box.
@@ -89,13 +91,13 @@ pub struct Extraction {
 }
 
 /// A mesh over Ω′: an intrinsic mesh with chords as lengths, and its vertices' places and images.
-struct Surface {
+struct ChordMesh {
     mesh: IntrinsicMesh,
     origins: Vec<FacePoint>,
     points: Vec<DVec3>,
 }
 
-impl Surface {
+impl ChordMesh {
     /// Makes all edges as long as their chords.
     fn measure(&mut self) {
         let Self { mesh, points, .. } = self;
@@ -122,10 +124,12 @@ pub(crate) struct Work {
 /// Extracts a mesh of the learned surface. O(n log n) for n faces.
 ///
 /// # Errors
-/// If the edge length is not positive, the field is not finite, or more faces than allowed are needed.
+/// If the edge length is not positive, the field is not finite, more faces than allowed are needed, or the work is
+/// cancelled, which it can be between steps.
 pub fn extract(
     field: &DisplacementField,
     options: &ExtractionOptions,
+    progress: &dyn Progress,
 ) -> Result<Extraction, ExtractionError> {
     let h = options.edge_length;
     if !(h.is_finite() && h > 0.0) {
@@ -133,22 +137,33 @@ pub fn extract(
     }
     let mut work = Work::default();
     let limit = LONG * h;
+    // Each round of relaxation takes about as long as each step before.
+    let steps = (3 + options.relaxations) as f64;
+    let begin = |step: usize| {
+        progress.report("extraction", step as f64 / steps);
+        progress.check()
+    };
+    begin(0)?;
     let coarse = coarse::refine(field, limit, options, &mut work)?;
+    begin(1)?;
     let mut surface = subdivide::subdivide(field, coarse, limit, options, &mut work)?;
+    begin(2)?;
     chords::flip_all(&mut surface, &mut work);
     if options.collapse {
         coarsen::collapse_short(&mut surface, h, &mut work);
     }
-    for _ in 0..options.relaxations {
+    for round in 0..options.relaxations {
+        begin(3 + round)?;
         relax::relax(&mut surface, field, h, &mut work)?;
         chords::flip_all(&mut surface, &mut work);
     }
+    progress.report("extraction", 1.0);
     Ok(finish(field, h, surface, work))
 }
 
 /// Step 6, and the report.
-fn finish(field: &DisplacementField, h: f64, surface: Surface, mut work: Work) -> Extraction {
-    let Surface { mesh: chords, origins, points } = surface;
+fn finish(field: &DisplacementField, h: f64, surface: ChordMesh, mut work: Work) -> Extraction {
+    let ChordMesh { mesh: chords, origins, points } = surface;
     let mut intrinsic = chords;
     let mollification: Mollification = intrinsic.mollify(MOLLIFICATION);
     let mut queue = violating(&intrinsic);

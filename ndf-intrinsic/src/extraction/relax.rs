@@ -6,7 +6,7 @@ use ndf_mesh::ManifoldMesh;
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
-use super::{ExtractionError, Surface, Work, map};
+use super::{ChordMesh, ExtractionError, Work, map};
 use crate::intrinsic_mesh::IntrinsicMesh;
 
 /// How far of the way to the centre of its star a vertex goes: all vertices move at once.
@@ -24,12 +24,12 @@ const MOST_FACES: usize = 64;
 /// within the surface: the displacement's tangential part is walked over Ω′, where g is near the identity.
 /// Vertices that are there, but for a fraction of `h`, stay.
 pub(super) fn relax(
-    surface: &mut Surface,
+    surface: &mut ChordMesh,
     field: &DisplacementField,
     h: f64,
     work: &mut Work,
 ) -> Result<(), ExtractionError> {
-    let Surface { mesh, origins, points } = surface;
+    let ChordMesh { mesh, origins, points } = surface;
     let mut moved = points.clone();
     let evaluations: Vec<Result<usize, ExtractionError>> = moved
         .par_chunks_mut(CHUNK)

@@ -16,10 +16,8 @@ pub struct ExtractionReport {
     pub faces: usize,
     /// Edges with one face.
     pub boundary_edges: usize,
-    /// Whether the faces around every edge and vertex form a surface: checked, not assumed.
+    /// Whether the faces around every edge and vertex form an oriented surface: checked, not assumed.
     pub manifold: bool,
-    /// Whether neighbouring faces are oriented alike: checked.
-    pub oriented: bool,
     /// V − E + F of the result.
     pub euler_characteristic: i64,
     /// V − E + F of the base mesh.
@@ -34,13 +32,13 @@ pub struct ExtractionReport {
     pub embeds_intrinsic: bool,
     /// The smallest `(a + b − c) / (a + b + c)` of the intrinsic faces: the triangle inequality holds where this
     /// is not negative.
-    pub least_slack: f64,
+    pub min_slack: f64,
     /// What was added to lengths to give all faces an area.
     pub mollification: Mollification,
     /// Smallest angles of the embedded faces, in degrees.
     pub min_angle_deg: SmallestAngles,
-    /// The smallest angle of the intrinsic triangulation, in degrees.
-    pub intrinsic_min_angle_deg: f64,
+    /// The smallest angle of the intrinsic triangulation, in radians.
+    pub intrinsic_min_angle: f64,
     /// Lengths of the embedded edges.
     pub edge_length: Spread,
     /// h: what was asked for.
@@ -92,24 +90,22 @@ impl ExtractionReport {
     ) -> Self {
         let quality = Quality::of(mesh);
         let IntrinsicFigures { mollification, delaunay_fraction, slack, smallest_angle } = metric;
-        // A manifold mesh is proof of the complex it has its faces and twins from.
-        let checked = embeds_intrinsic || intrinsic.check().is_ok();
         Self {
             vertices: mesh.vertex_count(),
             faces: mesh.face_count(),
             boundary_edges: mesh.topology().boundary_edge_count(),
-            manifold: checked,
-            oriented: checked,
+            // A manifold mesh is proof of the complex it has its faces and twins from.
+            manifold: embeds_intrinsic || intrinsic.check().is_ok(),
             euler_characteristic: mesh.topology().euler_characteristic(),
             base_euler_characteristic: field.base().topology().euler_characteristic(),
             delaunay_intrinsic: delaunay_fraction == 1.0,
             delaunay_intrinsic_fraction: delaunay_fraction,
             delaunay_embedded_fraction: quality.delaunay_fraction,
             embeds_intrinsic,
-            least_slack: slack,
+            min_slack: slack,
             mollification,
             min_angle_deg: quality.min_angle_deg,
-            intrinsic_min_angle_deg: smallest_angle.to_degrees(),
+            intrinsic_min_angle: smallest_angle,
             edge_length: quality.edge_length,
             target_edge_length: h,
             longest_in_h: quality.edge_length.max / h,
@@ -126,9 +122,8 @@ impl ExtractionReport {
     /// triangles: what extraction promises.
     pub fn holds(&self) -> bool {
         self.manifold
-            && self.oriented
             && self.euler_characteristic == self.base_euler_characteristic
             && self.delaunay_intrinsic
-            && self.least_slack >= 0.0
+            && self.min_slack >= 0.0
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::curve::curve_order;
 use super::map;
 use super::templates::{Gluing, Templates};
-use super::{ExtractionError, ExtractionOptions, Surface, Work};
+use super::{ChordMesh, ExtractionError, ExtractionOptions, Work};
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::locating::FaceLayout;
@@ -79,7 +79,7 @@ pub(super) fn subdivide(
     limit: f64,
     options: &ExtractionOptions,
     work: &mut Work,
-) -> Result<Surface, ExtractionError> {
+) -> Result<ChordMesh, ExtractionError> {
     let Coarse { triangulation, mut origins, mut points } = coarse;
     let order = curve_order(triangulation.mesh(), &points);
     let mut forest = Forest::of(triangulation.mesh(), &order);
@@ -87,8 +87,8 @@ pub(super) fn subdivide(
     let needed = (forest.longest(&points) / limit).log2().ceil().max(0.0) as usize;
     for _ in 0..needed.saturating_add(EXTRA_ROUNDS).min(MOST_ROUNDS) {
         let Some(growth) = forest.plan(&points, limit) else { break };
-        if growth.leaves > options.most_faces {
-            return Err(ExtractionError::TooManyFaces(options.most_faces));
+        if growth.leaves > options.max_faces {
+            return Err(ExtractionError::TooManyFaces(options.max_faces));
         }
         if layouts.is_empty() {
             // What the first round leaves whole has no long side and stays so.
@@ -291,7 +291,7 @@ impl Forest {
     }
 
     /// A surface of the leaves.
-    fn assemble(&self, origins: &[FacePoint], points: &[DVec3]) -> Surface {
+    fn assemble(&self, origins: &[FacePoint], points: &[DVec3]) -> ChordMesh {
         let pieces = || self.levels.iter().flatten();
         let ((leaves, new_face), (vertices, new_vertex)) = rayon::join(
             || {
@@ -318,7 +318,7 @@ impl Forest {
                 (origins, points)
             },
         );
-        Surface {
+        ChordMesh {
             mesh: IntrinsicMesh { lengths: vec![0.0; topology.edge_count()], topology },
             origins,
             points,

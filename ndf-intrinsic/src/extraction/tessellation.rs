@@ -8,9 +8,10 @@
 use std::collections::BTreeMap;
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
-use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::{FacePoint, ManifoldMesh, TriangleMesh};
 use ndf_model::DisplacementField;
+
+use super::ExtractionError;
 
 /// A tessellation, in the normalised box.
 #[derive(Clone, Debug)]
@@ -21,39 +22,25 @@ pub struct Tessellation {
     pub origins: Vec<FacePoint>,
 }
 
-/// Why a field was not tessellated.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum TessellationError {
-    /// The edge length is not a positive number.
-    #[error("the edge length must be a positive number, not {0}")]
-    EdgeLength(f64),
-    /// More triangles than asked for at most.
-    #[error("this edge length needs more than {0} triangles; choose a longer one")]
-    TooManyFaces(usize),
-    /// The network maps a point of the base to NaN or infinity.
-    #[error("the field is not finite on base face {0}")]
-    NotFinite(u32),
-}
-
 /// Subdivides until no mapped edge is longer than `edge_length` (normalised). O(n log n).
 ///
 /// # Errors
-/// If the length is not positive, the field not finite, or more than `most_faces` triangles would be needed.
+/// If the length is not positive, the field not finite, or more than `max_faces` triangles would be needed.
 pub fn tessellate(
     field: &DisplacementField,
     edge_length: f64,
-    most_faces: usize,
-) -> Result<Tessellation, TessellationError> {
+    max_faces: usize,
+) -> Result<Tessellation, ExtractionError> {
     if edge_length.is_nan() || edge_length <= 0.0 {
-        return Err(TessellationError::EdgeLength(edge_length));
+        return Err(ExtractionError::EdgeLength(edge_length));
     }
     let mut triangles = Triangles::of_base(field);
     loop {
         triangles.check_finite()?;
         // A triangle with sides up to h has an area up to √3/4 h².
-        let least_faces = triangles.area() / (3.0_f64.sqrt() / 4.0 * edge_length * edge_length);
-        if triangles.faces.len().max(least_faces as usize) > most_faces {
-            return Err(TessellationError::TooManyFaces(most_faces));
+        let min_faces = triangles.area() / (3.0_f64.sqrt() / 4.0 * edge_length * edge_length);
+        if triangles.faces.len().max(min_faces as usize) > max_faces {
+            return Err(ExtractionError::TooManyFaces(max_faces));
         }
         if !triangles.subdivide(field, edge_length) {
             break;
@@ -80,10 +67,7 @@ const UNIT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 impl Triangles {
     fn of_base(field: &DisplacementField) -> Self {
         let base = field.base();
-        let origin = |v: u32| {
-            let h = base.topology().vertex_halfedge(v);
-            FacePoint::at_corner(h)
-        };
+        let origin = |v: u32| FacePoint::at_corner(base.topology().vertex_halfedge(v));
         let origins: Vec<FacePoint> = (0..base.vertex_count() as u32).map(origin).collect();
         Self {
             positions: field.map(&origins),
@@ -102,9 +86,9 @@ impl Triangles {
         self.faces.iter().map(area).sum()
     }
 
-    fn check_finite(&self) -> Result<(), TessellationError> {
+    fn check_finite(&self) -> Result<(), ExtractionError> {
         match self.positions.iter().position(|p| !p.is_finite()) {
-            Some(v) => Err(TessellationError::NotFinite(self.origins[v].face)),
+            Some(v) => Err(ExtractionError::NotFinite(self.origins[v].face)),
             None => Ok(()),
         }
     }
@@ -252,8 +236,8 @@ mod tests {
     fn long_edges_leave_the_base_alone_and_absurd_lengths_are_refused() {
         let field = wavy(shapes::icosphere(1));
         assert_eq!(tessellate(&field, 10.0, 1000).unwrap().mesh.faces(), field.base().faces());
-        assert_eq!(tessellate(&field, 1e-9, 1000).unwrap_err(), TessellationError::TooManyFaces(1000));
-        assert!(matches!(tessellate(&field, -1.0, 1000), Err(TessellationError::EdgeLength(_))));
-        assert!(matches!(tessellate(&field, f64::NAN, 1000), Err(TessellationError::EdgeLength(_))));
+        assert_eq!(tessellate(&field, 1e-9, 1000).unwrap_err(), ExtractionError::TooManyFaces(1000));
+        assert!(matches!(tessellate(&field, -1.0, 1000), Err(ExtractionError::EdgeLength(_))));
+        assert!(matches!(tessellate(&field, f64::NAN, 1000), Err(ExtractionError::EdgeLength(_))));
     }
 }

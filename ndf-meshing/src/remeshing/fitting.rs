@@ -10,7 +10,7 @@ use ndf_core::{DVec3, Hint, Query, Surface};
 use ndf_mesh::{FacePoint, TriangleTree};
 use rayon::prelude::*;
 
-use super::{SurfacePointNormal, Target, quality_around};
+use super::{OrientedPoint, Target, quality_around};
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::cross;
@@ -110,7 +110,7 @@ fn feet_of_samples(mesh: &EditableMesh, surface: &dyn Surface) -> (Vec<Pull>, f6
 
 /// The points of the mesh closest to points of the surface, pulled to them, and the mean squared distance, if
 /// there are points.
-fn feet_of_points(mesh: &EditableMesh, points: &[SurfacePointNormal]) -> (Vec<Pull>, Option<f64>) {
+fn feet_of_points(mesh: &EditableMesh, points: &[OrientedPoint]) -> (Vec<Pull>, Option<f64>) {
     if points.is_empty() {
         return (Vec::new(), None);
     }
@@ -120,7 +120,7 @@ fn feet_of_points(mesh: &EditableMesh, points: &[SurfacePointNormal]) -> (Vec<Pu
     let weight = coarse.area() / points.len() as f64;
     let closest: Vec<Option<(Pull, f64)>> = points
         .par_iter()
-        .map(|&[foot, normal]| {
+        .map(|&OrientedPoint { point: foot, normal }| {
             let alike = |f: u32| normals[f as usize].dot(normal) > LEAST_COSINE;
             let found = tree.closest_point_where(foot, Hint::NONE, alike)?;
             Some((Pull { at: found.at, weight, foot, normal }, found.distance_squared))

@@ -19,8 +19,14 @@ use crate::editable_mesh::EditableMesh;
 use crate::triangle_shape::{agree, cross, quality};
 use ndf_mesh::halfedge::previous;
 
-/// A point of a surface and the unit outward normal there.
-pub type SurfacePointNormal = [DVec3; 2];
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrientedPoint {
+    /// Where it is.
+    pub point: DVec3,
+    /// The unit outward normal there.
+    pub normal: DVec3,
+}
 
 /// What a mesh should be close to.
 #[derive(Clone, Copy)]
@@ -28,16 +34,15 @@ pub struct Target<'a> {
     /// The surface, to project points of the mesh onto.
     pub surface: &'a dyn Surface,
     /// Points spread over the surface, so that no part of it is left behind; may be empty.
-    pub points: &'a [SurfacePointNormal],
+    pub points: &'a [OrientedPoint],
 }
 
 /// `count` points of a fine mesh, uniform by area, with the normals of their faces: points for a [`Target`].
 /// Always the same; none if the mesh has no area.
-pub fn spread_points(mesh: &ManifoldMesh, count: usize) -> Vec<SurfacePointNormal> {
-    let mesh_of_faces = &mesh;
+pub fn spread_points(mesh: &ManifoldMesh, count: usize) -> Vec<OrientedPoint> {
     let samples = AreaSampler::new(mesh).map_or(Vec::new(), |sampler| sampler.sample(count, 0, 0));
-    let point = |s: FacePoint| [s.position(mesh_of_faces), mesh_of_faces.face_normal(s.face)];
-    samples.into_iter().map(point).filter(|[_, normal]| *normal != DVec3::ZERO).collect()
+    let point = |s: FacePoint| OrientedPoint { point: s.position(mesh), normal: mesh.face_normal(s.face) };
+    samples.into_iter().map(point).filter(|p| p.normal != DVec3::ZERO).collect()
 }
 
 /// How much to do in the final pass.

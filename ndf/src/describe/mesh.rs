@@ -84,7 +84,7 @@ impl Delaunay {
         if !report.is_oriented_manifold() {
             return None;
         }
-        let mut intrinsic = IntrinsicMesh::of_mesh(&ManifoldMesh::try_from(mesh.clone()).ok()?);
+        let mut intrinsic = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh.clone()).ok()?);
         let fraction = intrinsic.delaunay_fraction();
         Some(Self { fraction, flips: intrinsic.flip_to_delaunay().flips })
     }
