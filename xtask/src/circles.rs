@@ -13,8 +13,17 @@ use crate::shell::root;
 use crate::source::{Import, Source};
 
 /// Crates whose circles are an error; those of others are only printed.
-const STRICT: &[&str] =
-    &["ndf-core", "ndf-geodesic", "ndf-mesh", "ndf-meshing", "ndf-model", "ndf-network", "ndf-testing"];
+const STRICT: &[&str] = &[
+    "ndf",
+    "ndf-cli",
+    "ndf-core",
+    "ndf-geodesic",
+    "ndf-mesh",
+    "ndf-meshing",
+    "ndf-model",
+    "ndf-network",
+    "ndf-testing",
+];
 
 /// Prints the circles of all crates, which lie in the workspace under their names.
 pub(crate) fn check(crates: &[&str]) -> Result<(), String> {
