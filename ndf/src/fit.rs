@@ -93,7 +93,8 @@ impl From<BandError> for FitError {
 pub struct Fitted {
     /// The model.
     pub model: Model,
-    /// Figures of the training. Its distances are in the box [-1.5, 1.5]³ that the base mesh fills.
+    /// Figures of the training. Its distances are in the box [-1.5, 1.5]³ that the base mesh fills;
+    /// [`distance_rms`](Self::distance_rms) has them in the surface's units.
     pub report: FitReport,
     /// What represents the surface that was learned.
     pub kind: Kind,
@@ -272,6 +273,18 @@ impl<'a> Fit<'a> {
             checkpoint,
             notes: notes.all,
         })
+    }
+}
+
+impl Fitted {
+    /// Root of the mean squared distance of the learned surface from the true one, in its units.
+    pub fn distance_rms(&self) -> f64 {
+        self.model.similarity.length_to_world(self.report.projection_rms)
+    }
+
+    /// The largest of these distances.
+    pub fn distance_max(&self) -> f64 {
+        self.model.similarity.length_to_world(self.report.projection_max)
     }
 }
 

@@ -55,6 +55,7 @@ pub use triangulated::{
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
+pub use ndf_geodesic::Path;
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh};
 pub use ndf_model::Model;
 pub use ndf_train::{Checkpoint, FitReport, Settings};

@@ -1,8 +1,9 @@
 //! What a model gives, in the units of the surface it was learned from.
 
-use ndf_core::NoProgress;
+use ndf_core::{NoProgress, Progress};
 use ndf_intrinsic::extraction::tessellation::tessellate;
-use ndf_intrinsic::{ExtractionError, ExtractionOptions, ExtractionReport, extract};
+use ndf_intrinsic::{Extraction, ExtractionError, ExtractionOptions, ExtractionReport, extract};
+use ndf_mesh::quality::Spread;
 use ndf_mesh::{FacePoint, ManifoldMesh};
 use ndf_model::{Model, Similarity};
 
@@ -44,7 +45,7 @@ pub struct Extracted {
     pub mesh: ManifoldMesh,
     /// Where on the base mesh every vertex lies.
     pub origins: Vec<FacePoint>,
-    /// What is true of it. Its lengths are in the box.
+    /// What is true of it.
     pub report: ExtractionReport,
 }
 
@@ -54,7 +55,19 @@ pub trait ModelExt {
     ///
     /// # Errors
     /// If the length is not positive or asks for more than 50 million faces, or the field is not finite.
-    fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError>;
+    fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError> {
+        self.extract_with(edge_length, &NoProgress)
+    }
+
+    /// As [`extract`](Self::extract), with an observer that can stop it.
+    ///
+    /// # Errors
+    /// As [`extract`](Self::extract), and [`ExtractionError::Cancelled`].
+    fn extract_with(
+        &self,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<Extracted, ExtractionError>;
 
     /// The base faces cut by template until no edge is longer than this.
     ///
@@ -67,12 +80,19 @@ pub trait ModelExt {
 }
 
 impl ModelExt for Model {
-    fn extract(&self, edge_length: EdgeLength) -> Result<Extracted, ExtractionError> {
+    fn extract_with(
+        &self,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<Extracted, ExtractionError> {
         let length = edge_length.relative(&self.similarity);
         let options = ExtractionOptions { max_faces: MAX_FACES, ..ExtractionOptions::new(length) };
-        let found = extract(&self.field, &options, &NoProgress)?;
-        let mesh = to_world(&found.mesh, &self.similarity);
-        Ok(Extracted { mesh, origins: found.origins, report: found.report })
+        let Extraction { mesh, origins, mut report, .. } = extract(&self.field, &options, progress)?;
+        let Spread { min, mean, max } = &mut report.edge_length;
+        for length in [min, mean, max, &mut report.target_edge_length, &mut report.mollification.added] {
+            *length = self.similarity.length_to_world(*length);
+        }
+        Ok(Extracted { mesh: to_world(&mesh, &self.similarity), origins, report })
     }
 
     fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError> {

@@ -6,13 +6,14 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf::analysis::mode_scalars;
-use ndf::{EdgeLength, Fit, Fitted, ModelExt, NoProgress, Opened};
-use ndf_geodesic::{ExactOptions, exact_distances};
-use ndf_intrinsic::IntrinsicMesh;
+use ndf::{
+    DistanceOptions, EdgeLength, Fit, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place,
+    TriangleMesh, Triangulated,
+};
+use ndf_mesh::TriangleTree;
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
-use ndf_spectral::{ModeOptions, modes};
+use ndf_spectral::ModeOptions;
 use serde_json::json;
 
 use super::fit::learned;
@@ -81,9 +82,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
     write_mesh(folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
 
-    let distances = geodesics(&surface)?;
+    let triangulated = Triangulated::from(surface.clone());
+    let distances = geodesics(&triangulated)?;
     write_mesh(folder.join("geodesic.ply"), &surface, std::slice::from_ref(&distances))?;
-    let modes = eigenmodes(&surface, context)?;
+    let modes = eigenmodes(&triangulated, context)?;
     write_mesh(folder.join("modes.ply"), &surface, &modes)?;
 
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
@@ -111,21 +113,19 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 }
 
 /// Exact distances from the vertex farthest to one side.
-fn geodesics(surface: &ManifoldMesh) -> Result<VertexScalars, Failure> {
-    let side = |v: &u32| surface.positions()[*v as usize].element_sum();
-    let source = (0..surface.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
-    let mesh = IntrinsicMesh::from_mesh(surface);
-    let found =
-        exact_distances(&mesh, &[SurfacePoint::Vertex(source)], &ExactOptions::default(), &NoProgress)?;
-    let values = found.distances().iter().map(|&d| d as f32).collect();
-    Ok(VertexScalars { name: "distance".to_owned(), values })
+fn geodesics(surface: &Triangulated) -> Result<VertexScalars, Failure> {
+    let mesh = surface.mesh();
+    let side = |v: &u32| mesh.positions()[*v as usize].element_sum();
+    let source = (0..mesh.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
+    let found = surface.distances(&[Place::Vertex(source)], &DistanceOptions::default(), &NoProgress)?;
+    Ok(found.scalars())
 }
 
 /// The first eigenfunctions of the Laplacian.
-fn eigenmodes(surface: &ManifoldMesh, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
-    let mesh = IntrinsicMesh::from_mesh(surface);
-    let options = ModeOptions { count: DEMO_MODES.min(surface.vertex_count() / 4), ..ModeOptions::default() };
-    Ok(mode_scalars(&modes(&mesh, &options, &context.progress())?))
+fn eigenmodes(surface: &Triangulated, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
+    let count = DEMO_MODES.min(surface.mesh().vertex_count() / 4);
+    let options = ModeOptions { count, ..ModeOptions::default() };
+    Ok(mode_scalars(&surface.modes(&options, &context.progress())?))
 }
 
 /// How far base mesh and learned surface are from the input.

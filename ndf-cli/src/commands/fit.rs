@@ -224,7 +224,6 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
     let mut json = serde_json::to_value(&figures)?;
     json["output"] = path.into();
     json["seconds_reading"] = seconds_reading.into();
-    let world = |x: f64| readable(fitted.model.similarity.length_to_world(x));
     let counts =
         format!("{} faces, {} vertices", grouped(figures.base_faces), grouped(figures.base_vertices));
     let base = match base_remark(fitted) {
@@ -240,7 +239,7 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
     rows.extend([
         (
             "distance to the input",
-            format!("{} rms, {} at most", world(report.projection_rms), world(report.projection_max)),
+            format!("{} rms, {} at most", readable(fitted.distance_rms()), readable(fitted.distance_max())),
         ),
         ("turned against it", format!("{:.3} %", 100.0 * report.flipped_fraction)),
         (

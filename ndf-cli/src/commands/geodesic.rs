@@ -4,8 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use ndf::{DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, ManifoldMesh, Place};
-use ndf_geodesic::Path;
+use ndf::{DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, ManifoldMesh, Path, Place};
 use ndf_mesh::io::{format_to_write, write_mesh};
 use ndf_mesh::{FacePoint, SurfacePoint};
 use serde_json::{Value, json};
