@@ -11,7 +11,7 @@ use ndf_core::DVec3;
 pub enum SurfacePoint {
     /// The vertex with this index.
     Vertex(u32),
-    /// The point `(1 − t) a + t b` of the edge whose [canonical half-edge](ManifoldMesh::edge_halfedge) runs
+    /// The point `(1 − t) a + t b` of the edge whose [canonical half-edge](crate::Topology::edge_halfedge) runs
     /// from `a` to `b`.
     Edge {
         /// Edge index.

@@ -1,7 +1,7 @@
 //! From a file, or from memory, to a surface that can be learned, whatever represents it.
 //!
-//! What a file is, its content decides: the first [`Representation`] that recognises the content opens it, unless
-//! [`OpenOptions::kind`] names another. To add a representation: a [`Kind`], a file here with its [`Representation`],
+//! What a file is, its content decides: the first `Representation` that recognises the content opens it, unless
+//! [`OpenOptions::kind`] names another. To add a representation: a [`Kind`], a file here with its `Representation`,
 //! and a line in the list.
 
 mod cloud;
