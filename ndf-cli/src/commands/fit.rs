@@ -60,6 +60,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
+    arguments.log.as_deref().map(check_place).transpose()?;
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
     let checkpoint = arguments.resume.as_deref().map(read_checkpoint).transpose()?;
     let started = Instant::now();
@@ -69,7 +70,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         None => arguments.base.as_deref().map(|path| read_base(path, context)).transpose()?,
         Some(_) => None,
     };
-    let mut log = arguments.log.as_deref().map(Log::create).transpose()?;
+    let mut log = arguments.log.as_deref().map(Log::new);
     let settings = arguments.training.settings(opened.kind, context.seed());
     let mut fit =
         Fit::new(&opened).settings(settings).base_faces(arguments.base_faces as usize).anchors(anchors);
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         fit = fit.resume(checkpoint.with_time_limit(arguments.training.time_limit()));
     }
     if let Some(log) = &mut log {
-        fit = fit.log(|record| log.write(record));
+        fit = fit.log(|record| log.add(record));
     }
     let fitted = learned(fit, &arguments.input, context)?;
     if let Some(log) = log {
@@ -161,21 +162,25 @@ fn read_anchors(path: &Path) -> Result<Vec<(DVec3, DVec3)>, Failure> {
     lines.map(pair).collect()
 }
 
-/// A file of JSON lines.
-struct Log {
-    path: PathBuf,
-    file: BufWriter<File>,
+/// A file of JSON lines, which appears with the first of them or at the end: a run that never trains leaves none.
+struct Log<'a> {
+    path: &'a Path,
+    file: Option<BufWriter<File>>,
     error: Option<std::io::Error>,
 }
 
-impl Log {
-    fn create(path: &Path) -> Result<Self, Failure> {
-        let file =
-            File::create(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
-        Ok(Self { path: path.to_owned(), file: BufWriter::new(file), error: None })
+impl<'a> Log<'a> {
+    fn new(path: &'a Path) -> Self {
+        Self { path, file: None, error: None }
     }
 
-    fn write(&mut self, record: &LogRecord<'_>) {
+    fn add(&mut self, record: &LogRecord<'_>) {
+        if let Err(error) = self.write(record) {
+            self.error.get_or_insert(error);
+        }
+    }
+
+    fn write(&mut self, record: &LogRecord<'_>) -> std::io::Result<()> {
         let mut line = json!({
             "epoch": record.losses.epoch,
             "rate": record.losses.rate,
@@ -187,13 +192,18 @@ impl Log {
         for (term, mean) in record.terms {
             line[term] = (*mean).into();
         }
-        if let Err(e) = writeln!(self.file, "{line}") {
-            self.error.get_or_insert(e);
+        writeln!(self.opened()?, "{line}")
+    }
+
+    fn opened(&mut self) -> std::io::Result<&mut BufWriter<File>> {
+        match &mut self.file {
+            Some(file) => Ok(file),
+            none => Ok(none.insert(BufWriter::new(File::create(self.path)?))),
         }
     }
 
     fn finish(mut self) -> Result<(), Failure> {
-        let flushed = self.file.flush();
+        let flushed = self.opened().and_then(Write::flush);
         match self.error.or(flushed.err()) {
             Some(e) => Err(Failure::new(format!("cannot write {}: {e}", self.path.display()))),
             None => Ok(()),
