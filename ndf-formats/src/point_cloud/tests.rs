@@ -115,7 +115,7 @@ fn defects_of_pcd_are_told() {
         ("POINTS 6", "POINTS 9", "announces 9 points"),
         ("POINTS 6", "POINTS 7", "ends after 6 of 7"),
         ("POINTS 6", "POINTS many", "POINTS needs a number"),
-        ("POINTS 6", "FLAVOUR sweet", "FLAVOUR is no word"),
+        ("POINTS 6", "FLAVOUR sweet", "FLAVOUR is not a keyword"),
         ("DATA ascii", "DATA roman", "DATA roman is not known"),
         ("DATA ascii", "DATA binary", "follow the header"),
         ("DATA ascii", "DATA binary_compressed", "compressed"),
