@@ -123,7 +123,10 @@ mod tests {
             }
             bytes.push(0);
             let error = read(Reader::new(TAG, &bytes), VERTICES).unwrap_err();
-            assert!(error.to_string().contains("SCAL") && error.to_string().contains("longer"), "{error}");
+            assert!(
+                error.to_string().contains("SCAL") && error.to_string().contains("bytes after its end"),
+                "{error}"
+            );
         }
     }
 
