@@ -116,7 +116,7 @@ fn checkpoints_whose_parts_do_not_fit_are_refused() {
     let samples = format!("\"samples\":{}", settings.samples);
     assert!(forged(&checkpoint, "same", ["", ""], &[]).is_ok());
     for (name, header, more, said) in [
-        ("longer", ["", ""], &[0][..], "more in it"),
+        ("longer", ["", ""], &[0][..], "bytes after its end"),
         ("network", ["\"encoding\"", "\"inverse\""], &[], "reverse map"),
         ("samples", [&samples, "\"samples\":7"], &[], "different sizes"),
         ("none", [&samples, "\"samples\":0"], &[], "at least one sample"),
