@@ -124,7 +124,7 @@ impl<'t, 'm> Builder<'t, 'm> {
         for edge in 0..mesh.edge_count() as u32 {
             first_crossings.push(points.len() as u32);
             first_passed.push(passed.len() as u32);
-            triangulation.coordinates.strip(&triangulation.base, mesh.edge_halfedge(edge), &mut strip);
+            triangulation.coordinates.fill_strip(&triangulation.base, mesh.edge_halfedge(edge), &mut strip);
             for q in 0..strip.crossings() {
                 let crossing = strip.crossing(q);
                 let input_edge = input.topology().halfedge_edge(crossing.input_halfedge);

@@ -3,12 +3,12 @@
 use ndf_mesh::FacePoint;
 use ndf_mesh::{ManifoldMesh, SurfacePoint};
 
-use crate::delaunay::Quad;
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
 use crate::locating::Located;
 use crate::planar::distance;
-use crate::tracing::{Crossing, Strip};
+use crate::quad::Quad;
+use crate::tracing::Crossing;
 use crate::triangle;
 
 /// Faces flatter than this are mollified: `a + b − c` below this fraction of the mean length. Lengths carry
@@ -112,8 +112,23 @@ impl<'m> IntrinsicTriangulation<'m> {
         }
     }
 
+    /// The point of the input at a point of this triangulation. O(1) apart from tracing.
+    ///
+    /// # Panics
+    /// If the element does not exist.
+    pub fn to_input(&self, point: SurfacePoint) -> SurfacePoint {
+        match point {
+            SurfacePoint::Vertex(v) => self.location(v),
+            SurfacePoint::Edge { edge, t } => {
+                let (h, t) = (self.mesh().edge_halfedge(edge), t.clamp(0.0, 1.0));
+                self.surface_point(self.coordinates.locate_on_halfedge(&self.base, h, t).1)
+            }
+            SurfacePoint::Face(point) => self.surface_point(self.coordinates.locate(&self.base, point).place),
+        }
+    }
+
     /// A point of an input face said by the smallest element, without any rounding.
-    pub(crate) fn surface_point(&self, place: FacePoint) -> SurfacePoint {
+    fn surface_point(&self, place: FacePoint) -> SurfacePoint {
         if place.barycentric.iter().all(|&b| b > 0.0) {
             return SurfacePoint::Face(place);
         }
@@ -166,7 +181,7 @@ impl<'m> IntrinsicTriangulation<'m> {
             return Err(InsertError::NotInside);
         }
         let barycentric = barycentric.map(|b| b / sum);
-        let Located { region, place } = self.locate(FacePoint { face, barycentric });
+        let Located { region, place } = self.coordinates.locate(&self.base, FacePoint { face, barycentric });
         let sides = self.mesh().sides(face);
         let lengths = [0, 1, 2].map(|c| {
             let mut d = barycentric;
@@ -192,7 +207,7 @@ impl<'m> IntrinsicTriangulation<'m> {
         if let Some(twin) = self.mesh().twin(h).filter(|&twin| self.mesh().next(twin) == h) {
             (h, t) = (twin, 1.0 - t);
         }
-        let (segment, place) = self.locate_on_halfedge(h, t);
+        let (segment, place) = self.coordinates.locate_on_halfedge(&self.base, h, t);
         let length = self.mesh().length(edge);
         let to_apex =
             |h: u32, t: f64| triangle::displacement_length(self.mesh().sides_from(h), [1.0 - t, t, -1.0]);
@@ -268,8 +283,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     /// # Panics
     /// If the edge does not exist.
     pub fn trace_edge(&self, edge: u32) -> Vec<Crossing> {
-        let mut strip = Strip::default();
-        self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge), &mut strip);
+        let strip = self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge));
         (0..strip.crossings()).map(|q| strip.crossing(q)).collect()
     }
 
@@ -279,8 +293,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     /// # Panics
     /// If the edge does not exist.
     pub fn laid_out_length(&self, edge: u32) -> f64 {
-        let mut strip = Strip::default();
-        self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge), &mut strip);
+        let strip = self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge));
         distance(strip.tail, strip.tip)
     }
 }

@@ -31,6 +31,7 @@ pub mod intrinsic_triangulation;
 mod locating;
 pub mod normal_coordinates;
 mod planar;
+mod quad;
 pub mod refinement;
 pub mod tracing;
 pub mod triangle;

@@ -1,8 +1,9 @@
 //! From points of the intrinsic triangulation to points of the input.
 
-use ndf_mesh::{FacePoint, SurfacePoint};
+use ndf_mesh::FacePoint;
 
-use crate::intrinsic_triangulation::IntrinsicTriangulation;
+use crate::integer_coordinates::IntegerCoordinates;
+use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::normal_coordinates::{Arcs, Region};
 use crate::planar::{
     Point, barycentric_clamped, cross, distance, dot, from_barycentric, minus, orientation, third_corner,
@@ -18,38 +19,22 @@ pub(crate) struct Located {
     pub(crate) place: FacePoint,
 }
 
-impl IntrinsicTriangulation<'_> {
-    /// The point of the input at a point of this triangulation. O(1) apart from tracing.
-    ///
-    /// # Panics
-    /// If the element does not exist.
-    pub fn to_input(&self, point: SurfacePoint) -> SurfacePoint {
-        match point {
-            SurfacePoint::Vertex(v) => self.location(v),
-            SurfacePoint::Edge { edge, t } => {
-                let (_, place) = self.locate_on_halfedge(self.mesh().edge_halfedge(edge), t.clamp(0.0, 1.0));
-                self.surface_point(place)
-            }
-            SurfacePoint::Face(point) => self.surface_point(self.locate(point).place),
-        }
-    }
-
+impl IntegerCoordinates<'_> {
     /// Where the point at parameter `t` of a half-edge lies: after how many crossings, and in which input face.
-    pub(crate) fn locate_on_halfedge(&self, halfedge: u32, t: f64) -> (i32, FacePoint) {
-        let strip = self.strip_of(halfedge);
+    pub(crate) fn locate_on_halfedge(
+        &self,
+        input: &IntrinsicMesh,
+        halfedge: u32,
+        t: f64,
+    ) -> (i32, FacePoint) {
+        let strip = self.strip(input, halfedge);
         let segment = (0..strip.crossings()).take_while(|&q| strip.crossing(q).along < t).count();
         (segment as i32, place_in_frame(&strip.frames[segment], strip.point(t)))
     }
 
-    fn strip_of(&self, halfedge: u32) -> Strip {
-        let mut strip = Strip::default();
-        self.coordinates.strip(&self.base, halfedge, &mut strip);
-        strip
-    }
-
     /// Where a point of a face lies among the curves and on the input.
-    pub(crate) fn locate(&self, point: FacePoint) -> Located {
-        FaceLayout::of(self, point.face).locate(point.barycentric)
+    pub(crate) fn locate(&self, input: &IntrinsicMesh, point: FacePoint) -> Located {
+        FaceLayout::of(self, input, point.face).locate(point.barycentric)
     }
 }
 
@@ -96,16 +81,16 @@ impl SideStrip {
 }
 
 impl FaceLayout {
-    pub(crate) fn of(triangulation: &IntrinsicTriangulation<'_>, face: u32) -> Self {
-        let sides = triangulation.mesh().sides(face);
+    pub(crate) fn of(coordinates: &IntegerCoordinates<'_>, input: &IntrinsicMesh, face: u32) -> Self {
+        let sides = coordinates.mesh.sides(face);
         let (a, b) = ([0.0, 0.0], [sides[0], 0.0]);
         let corners = [a, b, third_corner(a, b, sides)];
-        let arcs = triangulation.coordinates.arcs_from(3 * face);
+        let arcs = coordinates.arcs_from(3 * face);
         let strips = [0, 1, 2].map(|side| {
             let by_curves = arcs.cutting[side] > 0 || arcs.emanating[(side + 2) % 3] > 0;
             // The central region touches the first side.
             (by_curves || side == 0).then(|| {
-                let strip = triangulation.strip_of(3 * face + side as u32);
+                let strip = coordinates.strip(input, 3 * face + side as u32);
                 SideStrip::along(strip, corners[side], corners[(side + 1) % 3])
             })
         });

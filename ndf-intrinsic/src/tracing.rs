@@ -128,7 +128,14 @@ impl IntegerCoordinates<'_> {
     }
 
     /// Lays out the input faces that a half-edge passes.
-    pub(crate) fn strip(&self, input: &IntrinsicMesh, halfedge: u32, strip: &mut Strip) {
+    pub(crate) fn strip(&self, input: &IntrinsicMesh, halfedge: u32) -> Strip {
+        let mut strip = Strip::default();
+        self.fill_strip(input, halfedge, &mut strip);
+        strip
+    }
+
+    /// [`strip`](Self::strip) into memory that is there.
+    pub(crate) fn fill_strip(&self, input: &IntrinsicMesh, halfedge: u32, strip: &mut Strip) {
         strip.frames.clear();
         let (tail, tip) = (self.mesh.tail(halfedge), self.mesh.tip(halfedge));
         let n = self.halfedge_normal(halfedge);

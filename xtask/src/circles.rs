@@ -18,6 +18,7 @@ const STRICT: &[&str] = &[
     "ndf-cli",
     "ndf-core",
     "ndf-geodesic",
+    "ndf-intrinsic",
     "ndf-mesh",
     "ndf-meshing",
     "ndf-model",

@@ -7,9 +7,10 @@ use super::chords::flip_towards_delaunay;
 use super::map;
 use super::subdivide::Coarse;
 use super::{ExtractionError, ExtractionOptions, Work};
-use crate::delaunay::{EdgeQueue, Flip, Quad, quad_edges};
+use crate::delaunay::{EdgeQueue, Flip, quad_edges};
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
+use crate::quad::Quad;
 
 /// Flips may leave no turn with a smaller sine than this on Ω′: chords there do not see slivers of Ω′ come about.
 const STRAIGHT: f64 = 1e-3;

@@ -92,8 +92,10 @@ pub(super) fn subdivide(
         }
         if layouts.is_empty() {
             // What the first round leaves whole has no long side and stays so.
-            let layout =
-                |(piece, &f): (&Piece, &u32)| (piece.halved != 0).then(|| FaceLayout::of(&triangulation, f));
+            let layout = |(piece, &f): (&Piece, &u32)| {
+                (piece.halved != 0)
+                    .then(|| FaceLayout::of(&triangulation.coordinates, &triangulation.base, f))
+            };
             layouts = forest.last().0.par_iter().zip(&order).map(layout).collect();
         }
         let new = forest.places(&layouts);
