@@ -12,7 +12,7 @@ use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::read_mesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 use ndf_spectral::{ModeOptions, modes};
 
 use crate::root;
@@ -105,8 +105,9 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
 /// Fails unless exact distances from a vertex reach all others and the modes are complete.
 fn check_analysis(surface: &ManifoldMesh) -> Result<(), String> {
     let mesh = IntrinsicMesh::from_mesh(surface);
-    let found = exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
-        .map_err(|e| format!("distances: {e}"))?;
+    let found =
+        exact_distances(&mesh, &[SurfacePoint::Vertex(Vertex(0))], &ExactOptions::default(), &NoProgress)
+            .map_err(|e| format!("distances: {e}"))?;
     if let Some(vertex) = found.distances().iter().position(|d| !d.is_finite()) {
         return Err(format!("no distance reaches vertex {vertex}"));
     }

@@ -1,5 +1,6 @@
 //! What the wavefront has yet to do, nearest first.
 
+use ndf_mesh::{Halfedge, Vertex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -7,9 +8,9 @@ use std::collections::BinaryHeap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Carry the windows waiting at a half-edge across its face.
-    Edge(u32),
+    Edge(Halfedge),
     /// Relax the edges of a vertex and, where it bends paths, make it a pseudo-source.
-    Vertex(u32),
+    Vertex(Vertex),
 }
 
 /// A priority queue of tasks by distance; equal distances in the order of numbers, so that runs repeat.
@@ -22,8 +23,8 @@ impl Front {
     pub(crate) fn push(&mut self, distance: f64, task: Task) {
         debug_assert!(distance >= 0.0, "bits order only numbers that are not negative");
         let code = match task {
-            Task::Vertex(v) => u64::from(v) << 1,
-            Task::Edge(h) => u64::from(h) << 1 | 1,
+            Task::Vertex(v) => u64::from(v.0) << 1,
+            Task::Edge(h) => u64::from(h.0) << 1 | 1,
         };
         self.heap.push(Reverse((distance.to_bits(), code)));
     }
@@ -31,7 +32,7 @@ impl Front {
     pub(crate) fn pop(&mut self) -> Option<(f64, Task)> {
         self.heap.pop().map(|Reverse((bits, code))| {
             let index = (code >> 1) as u32;
-            let task = if code & 1 == 1 { Task::Edge(index) } else { Task::Vertex(index) };
+            let task = if code & 1 == 1 { Task::Edge(Halfedge(index)) } else { Task::Vertex(Vertex(index)) };
             (f64::from_bits(bits), task)
         })
     }

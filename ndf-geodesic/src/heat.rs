@@ -26,11 +26,11 @@
 //! ```
 //! use ndf_geodesic::HeatSolver;
 //! use ndf_intrinsic::IntrinsicMesh;
-//! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes};
+//! use ndf_mesh::{ManifoldMesh, SurfacePoint, Vertex, shapes};
 //!
 //! let sphere = ManifoldMesh::try_from(shapes::icosphere(3)).expect("a sphere is a manifold");
 //! let solver = HeatSolver::new(&IntrinsicMesh::from_mesh(&sphere))?;
-//! for source in [0, 17] {
+//! for source in [0, 17].map(Vertex) {
 //!     let distances = solver.distances(&[SurfacePoint::Vertex(source)])?;
 //!     let farthest = distances.iter().copied().fold(0.0, f64::max);
 //!     assert!((farthest - std::f64::consts::PI).abs() < 0.1);
@@ -130,7 +130,7 @@ impl HeatSolver {
             let point = Place::of(&self.given, source)?.as_face_point(&self.given);
             let corners = self.given.face_vertices(point.face);
             for (v, b) in corners.into_iter().zip(point.barycentric) {
-                heat[v as usize] += b;
+                heat[v.index()] += b;
             }
             weights.push((corners, point.barycentric));
         }
@@ -140,8 +140,8 @@ impl HeatSolver {
         // The constant of every component: the lowest value at its sources; infinite where there is none.
         let mut lowest = vec![f64::INFINITY; self.components.count()];
         for (corners, barycentric) in weights {
-            let value: f64 = corners.iter().zip(barycentric).map(|(&v, b)| b * potential[v as usize]).sum();
-            let lowest = &mut lowest[component_of[corners[0] as usize] as usize];
+            let value: f64 = corners.iter().zip(barycentric).map(|(&v, b)| b * potential[v.index()]).sum();
+            let lowest = &mut lowest[component_of[corners[0].index()] as usize];
             *lowest = lowest.min(value);
         }
         for (distance, &component) in potential.iter_mut().zip(component_of) {
@@ -154,9 +154,9 @@ impl HeatSolver {
     /// The integrated divergence of −∇u/|∇u| at every vertex, as the right-hand side of `L φ = …`.
     fn unit_divergence(&self, heat: &[f64]) -> Vec<f64> {
         let mut divergence = vec![0.0; self.mesh.vertex_count()];
-        for face in 0..self.mesh.face_count() as u32 {
+        for face in self.mesh.faces() {
             let corners = self.mesh.face_vertices(face);
-            let values = corners.map(|v| heat[v as usize]);
+            let values = corners.map(|v| heat[v.index()]);
             // The direction of a gradient does not depend on its scale, and heat may be tiny.
             let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             let sides = self.mesh.sides(face);
@@ -177,7 +177,7 @@ impl HeatSolver {
             let hats = [[-y, x - length], [y, -x], [0.0, length]];
             for (corner, hat) in corners.into_iter().zip(hats) {
                 // The weak form of L φ = −div: ∫ ∇φ·∇ψ = ∫ X·∇ψ.
-                divergence[corner as usize] += 0.5 * (hat[0] * away[0] + hat[1] * away[1]);
+                divergence[corner.index()] += 0.5 * (hat[0] * away[0] + hat[1] * away[1]);
             }
         }
         divergence
@@ -190,7 +190,7 @@ mod tests {
     use crate::{ExactOptions, exact_distances};
     use ndf_core::NoProgress;
     use ndf_mesh::shapes;
-    use ndf_mesh::{FacePoint, ManifoldMesh};
+    use ndf_mesh::{Face, FacePoint, ManifoldMesh, Vertex};
 
     fn mean_error(mesh: &IntrinsicMesh, sources: &[SurfacePoint]) -> f64 {
         let exact = exact_distances(mesh, sources, &ExactOptions::default(), &NoProgress).unwrap();
@@ -204,20 +204,20 @@ mod tests {
     fn close_to_exact_on_good_meshes_and_closer_on_finer_ones() {
         let errors = [3, 4, 5].map(|level| {
             let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::icosphere(level)).unwrap());
-            mean_error(&mesh, &[SurfacePoint::Vertex(0)])
+            mean_error(&mesh, &[SurfacePoint::Vertex(Vertex(0))])
         });
         assert!(errors[0] < 0.03 && errors[1] < errors[0] && errors[2] < errors[1], "{errors:?}");
         let grid = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::grid(40, 30)).unwrap());
-        let inside = SurfacePoint::Face(FacePoint { face: 1111, barycentric: [0.2, 0.3, 0.5] });
+        let inside = SurfacePoint::Face(FacePoint { face: Face(1111), barycentric: [0.2, 0.3, 0.5] });
         assert!(mean_error(&grid, &[inside]) < 0.03);
-        assert!(mean_error(&grid, &[SurfacePoint::Vertex(0), inside]) < 0.03);
+        assert!(mean_error(&grid, &[SurfacePoint::Vertex(Vertex(0)), inside]) < 0.03);
     }
 
     #[test]
     fn stretched_meshes_are_flipped_first() {
         let stretched = shapes::grid(40, 40).map_positions(|p| p * ndf_core::DVec3::new(20.0, 1.0, 1.0));
         let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(stretched).unwrap());
-        assert!(mean_error(&mesh, &[SurfacePoint::Vertex(17 * 41 + 20)]) < 0.05);
+        assert!(mean_error(&mesh, &[SurfacePoint::Vertex(Vertex(17 * 41 + 20))]) < 0.05);
     }
 
     #[test]
@@ -230,11 +230,12 @@ mod tests {
         let two = ndf_mesh::TriangleMesh::new(positions, faces).unwrap();
         let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(two).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
-        let d = solver.distances(&[SurfacePoint::Vertex(n)]).unwrap();
+        let d = solver.distances(&[SurfacePoint::Vertex(Vertex(n))]).unwrap();
         assert!(d[..n as usize].iter().all(|d| d.is_infinite()));
         assert!(d[n as usize..].iter().all(|d| d.is_finite()));
         assert_eq!(d[n as usize], 0.0);
-        let both = solver.distances(&[SurfacePoint::Vertex(0), SurfacePoint::Vertex(n)]).unwrap();
+        let both =
+            solver.distances(&[SurfacePoint::Vertex(Vertex(0)), SurfacePoint::Vertex(Vertex(n))]).unwrap();
         assert!(both.iter().zip(&both[n as usize..]).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 

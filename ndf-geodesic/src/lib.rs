@@ -10,14 +10,14 @@
 //! use ndf_core::NoProgress;
 //! use ndf_geodesic::{ExactOptions, exact_distances};
 //! use ndf_intrinsic::IntrinsicMesh;
-//! use ndf_mesh::{ManifoldMesh, SurfacePoint, shapes, FacePoint};
+//! use ndf_mesh::{Face, FacePoint, ManifoldMesh, SurfacePoint, Vertex, shapes};
 //!
 //! let cube = ManifoldMesh::try_from(shapes::cube(1)).expect("a cube is a manifold");
 //! let mesh = IntrinsicMesh::from_mesh(&cube);
-//! let source = SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.5, 0.5, 0.0] });
+//! let source = SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [0.5, 0.5, 0.0] });
 //! let geodesics = exact_distances(&mesh, &[source], &ExactOptions::with_windows(), &NoProgress)?;
 //! assert_eq!(geodesics.unreached(), 0);
-//! let path = geodesics.path_to(SurfacePoint::Vertex(7))?;
+//! let path = geodesics.path_to(SurfacePoint::Vertex(Vertex(7)))?;
 //! assert_eq!(path.length, geodesics.distances()[7]);
 //! # Ok::<(), ndf_geodesic::GeodesicError>(())
 //! ```

@@ -5,7 +5,7 @@
 
 use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::{ManifoldMesh, SurfacePoint};
+use ndf_mesh::{Halfedge, ManifoldMesh, SurfacePoint};
 
 use crate::error::GeodesicError;
 use crate::exact::Geodesics;
@@ -46,7 +46,7 @@ impl Path {
 /// a root.
 #[derive(Clone, Copy, Debug)]
 struct Ray {
-    halfedge: u32,
+    halfedge: Halfedge,
     /// Where it crosses, as a length from the tail.
     crossing: f64,
     /// The root in the frame of the half-edge: along it, and below it.
@@ -125,25 +125,25 @@ impl Geodesics<'_> {
             if self.is_root(root, halfedge, &layout, at) {
                 return Some(root);
             }
-            ray = leave(self.mesh, halfedge, &layout, layout.length - ray.crossing, at);
+            ray = leave(halfedge, &layout, layout.length - ray.crossing, at);
         }
         None
     }
 
     /// Whether the root is in the face of a half-edge, laid out above it, at this point.
-    fn is_root(&self, root: Root, halfedge: u32, layout: &Layout, [x, y]: [f64; 2]) -> bool {
+    fn is_root(&self, root: Root, halfedge: Halfedge, layout: &Layout, [x, y]: [f64; 2]) -> bool {
         let is_at = |[px, py]: [f64; 2]| {
             (px - x).hypot(py - y) <= ARRIVED * (layout.length + layout.apex[1] + x.abs() + y.abs())
         };
         match root {
             Root::Vertex(v) => {
-                let corners = [halfedge, self.mesh.next(halfedge), self.mesh.previous(halfedge)];
+                let corners = [halfedge, halfedge.next(), halfedge.previous()];
                 let positions = [[0.0, 0.0], [layout.length, 0.0], layout.apex];
                 corners.iter().zip(positions).any(|(&c, p)| self.mesh.tail(c) == v && is_at(p))
             }
             Root::Source(number) => match self.sources[number as usize] {
                 Place::Face(source) => {
-                    source.face == halfedge / 3 && is_at(above(&source, layout, halfedge % 3))
+                    source.face == halfedge.face() && is_at(above(&source, layout, halfedge.corner()))
                 }
                 Place::Vertex(_) => false,
             },
@@ -153,10 +153,10 @@ impl Geodesics<'_> {
 
 /// Carries a line on from the point `from` of the x axis through the face of `halfedge`, laid out above it,
 /// towards the root `to`: to the side where it leaves.
-fn leave(mesh: &IntrinsicMesh, halfedge: u32, layout: &Layout, from: f64, to: [f64; 2]) -> Ray {
+fn leave(halfedge: Halfedge, layout: &Layout, from: f64, to: [f64; 2]) -> Ray {
     let tip = [layout.length, 0.0];
-    let (right, right_miss) = meet(mesh.next(halfedge), tip, layout.apex, from, to);
-    let (left, left_miss) = meet(mesh.previous(halfedge), layout.apex, [0.0, 0.0], from, to);
+    let (right, right_miss) = meet(halfedge.next(), tip, layout.apex, from, to);
+    let (left, left_miss) = meet(halfedge.previous(), layout.apex, [0.0, 0.0], from, to);
     let [ax, ay] = layout.apex;
     let apex_is_left = to[0] * ay - from * ay - to[1] * (ax - from) > 0.0;
     // In a face without area the line is parallel to all sides; the side that it lies on is the one it does
@@ -166,7 +166,7 @@ fn leave(mesh: &IntrinsicMesh, halfedge: u32, layout: &Layout, from: f64, to: [f
 
 /// Where the line from the point `from` of the x axis to `to` meets the side between two points, and by how
 /// much it misses that side.
-fn meet(side: u32, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [f64; 2]) -> (Ray, f64) {
+fn meet(side: Halfedge, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [f64; 2]) -> (Ray, f64) {
     let length = (hx - tx).hypot(hy - ty);
     let [ex, ey] = if length > 0.0 { [(hx - tx) / length, (hy - ty) / length] } else { [1.0, 0.0] };
     let into = |x: f64, y: f64| {
@@ -183,7 +183,7 @@ fn meet(side: u32, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [f64; 
 }
 
 /// The point of a half-edge at this length from its tail.
-fn on_halfedge(mesh: &IntrinsicMesh, halfedge: u32, along: f64) -> SurfacePoint {
+fn on_halfedge(mesh: &IntrinsicMesh, halfedge: Halfedge, along: f64) -> SurfacePoint {
     let length = mesh.halfedge_length(halfedge);
     let t = if length > 0.0 { along / length } else { 0.0 };
     if t <= AT_VERTEX {

@@ -1,12 +1,12 @@
 //! The windows of the wavefront: a list for every half-edge that has any, in buffers that are used again.
 
-use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::Halfedge;
 
 use crate::envelope::merge;
 use crate::windows::Window;
 
 /// Stands for a half-edge without windows.
-const NO_SLOT: u32 = NO_HALFEDGE;
+const NO_SLOT: u32 = u32::MAX;
 
 /// Windows that wait at half-edges. Memory: four bytes a half-edge and the windows of the front.
 pub(crate) struct Pending {
@@ -37,8 +37,8 @@ impl Pending {
 
     /// Lets sorted, disjoint windows wait at a half-edge, merged with those there. Returns whether none there
     /// was as near as their `nearest`.
-    pub(crate) fn add(&mut self, halfedge: u32, windows: &[Window], nearest: f64) -> bool {
-        let slot = &mut self.slot_of[halfedge as usize];
+    pub(crate) fn add(&mut self, halfedge: Halfedge, windows: &[Window], nearest: f64) -> bool {
+        let slot = &mut self.slot_of[halfedge.index()];
         if *slot == NO_SLOT {
             *slot = self.free.pop().unwrap_or_else(|| {
                 self.slots.push(Vec::new());
@@ -62,8 +62,8 @@ impl Pending {
     }
 
     /// Takes the windows of a half-edge away; to be given back, as a buffer, with [`recycle`](Self::recycle).
-    pub(crate) fn take(&mut self, halfedge: u32) -> Option<(u32, Vec<Window>)> {
-        let slot = std::mem::replace(&mut self.slot_of[halfedge as usize], NO_SLOT);
+    pub(crate) fn take(&mut self, halfedge: Halfedge) -> Option<(u32, Vec<Window>)> {
+        let slot = std::mem::replace(&mut self.slot_of[halfedge.index()], NO_SLOT);
         if slot == NO_SLOT {
             return None;
         }

@@ -6,7 +6,7 @@
 
 use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::FacePoint;
+use ndf_mesh::{FacePoint, Halfedge, Vertex};
 
 use crate::envelope::{cut_by_left_rival, cut_by_right_rival, cut_by_tail, cut_by_tip};
 use crate::error::GeodesicError;
@@ -79,7 +79,7 @@ impl<'a> Wavefront<'a> {
     }
 
     /// Starts from a vertex.
-    pub(crate) fn add_vertex_source(&mut self, vertex: u32) {
+    pub(crate) fn add_vertex_source(&mut self, vertex: Vertex) {
         self.improve(vertex, 0.0, Arrival::NONE);
     }
 
@@ -88,15 +88,13 @@ impl<'a> Wavefront<'a> {
         let root = Root::Source(number).encode(self.mesh.vertex_count());
         let mut emitted = Vec::new();
         for side in 0..3 {
-            let halfedge = 3 * point.face + side;
+            let halfedge = point.face.halfedge(side);
             let layout = self.shapes.layout(halfedge);
             let [x, depth] = above(&point, &layout, side);
-            let apex = self.mesh.tail(self.mesh.previous(halfedge));
+            let apex = self.mesh.tail(halfedge.previous());
             let [ax, ay] = layout.apex;
-            let (ahead, total) = (point.barycentric[(side as usize + 1) % 3], {
-                let b = point.barycentric;
-                b[side as usize] + b[(side as usize + 1) % 3]
-            });
+            let (behind, ahead) = (point.barycentric[side], point.barycentric[(side + 1) % 3]);
+            let total = behind + ahead;
             let crossing = if total > 0.0 { layout.length * ahead / total } else { 0.0 };
             self.improve(apex, (ax - x).hypot(ay - depth), Arrival { halfedge, crossing });
             if let Some(entered) = self.mesh.twin(halfedge) {
@@ -118,7 +116,7 @@ impl<'a> Wavefront<'a> {
             match task {
                 Task::Vertex(vertex) => {
                     // Otherwise it was reached by a shorter way meanwhile.
-                    if distance == self.distances[vertex as usize] && distance <= self.bound {
+                    if distance == self.distances[vertex.index()] && distance <= self.bound {
                         settled += 1;
                         self.settle(vertex, distance);
                     }
@@ -136,17 +134,17 @@ impl<'a> Wavefront<'a> {
         Ok(())
     }
 
-    fn improve(&mut self, vertex: u32, distance: f64, arrival: Arrival) {
+    fn improve(&mut self, vertex: Vertex, distance: f64, arrival: Arrival) {
         // What round-off gains would only send the same windows out again.
-        if distance < self.distances[vertex as usize] * (1.0 - TIE) && distance <= self.bound {
-            self.distances[vertex as usize] = distance;
-            self.arrivals[vertex as usize] = arrival;
+        if distance < self.distances[vertex.index()] * (1.0 - TIE) && distance <= self.bound {
+            self.distances[vertex.index()] = distance;
+            self.arrivals[vertex.index()] = arrival;
             self.front.push(distance, Task::Vertex(vertex));
         }
     }
 
     /// Relaxes the edges of a vertex and sends out its windows.
-    fn settle(&mut self, vertex: u32, distance: f64) {
+    fn settle(&mut self, vertex: Vertex, distance: f64) {
         let mesh = self.mesh;
         if !self.targets.is_empty() {
             self.tighten_bound();
@@ -154,7 +152,7 @@ impl<'a> Wavefront<'a> {
         for h in mesh.outgoing(vertex) {
             let length = self.shapes.length(h);
             // The face of `h` seen from its tip: the path arrives along the side that ends at this vertex.
-            let opposite = mesh.previous(h);
+            let opposite = h.previous();
             let crossing = self.shapes.length(opposite);
             self.improve(mesh.tip(h), distance + length, Arrival { halfedge: opposite, crossing });
             if mesh.twin(opposite).is_none() {
@@ -162,7 +160,7 @@ impl<'a> Wavefront<'a> {
                 self.improve(mesh.tail(opposite), distance + crossing, arrival);
             }
         }
-        let arrival = self.arrivals[vertex as usize];
+        let arrival = self.arrivals[vertex.index()];
         let mut emitted = std::mem::take(&mut self.emitted);
         emit_windows(mesh, &self.shapes, vertex, distance, arrival, &mut emitted);
         self.send_out(&mut emitted);
@@ -174,11 +172,11 @@ impl<'a> Wavefront<'a> {
             match emission {
                 Emission::Window(halfedge, window) => self.wait(halfedge, &[window]),
                 Emission::Crossed { halfedge, window, arrival } => {
-                    if let Some(all) = self.kept.get_mut(halfedge as usize) {
+                    if let Some(all) = self.kept.get_mut(halfedge.index()) {
                         all.push(window);
                     }
                     if let Some((distance, crossing)) = arrival {
-                        let apex = self.mesh.tail(self.mesh.previous(halfedge));
+                        let apex = self.mesh.tail(halfedge.previous());
                         self.improve(apex, distance, Arrival { halfedge, crossing });
                     }
                 }
@@ -187,18 +185,18 @@ impl<'a> Wavefront<'a> {
     }
 
     /// Carries the windows waiting at a half-edge across its face.
-    fn cross(&mut self, halfedge: u32) {
+    fn cross(&mut self, halfedge: Halfedge) {
         let Some((slot, mut list)) = self.pending.take(halfedge) else { return };
         let mesh = self.mesh;
-        let (next, previous) = (mesh.next(halfedge), mesh.previous(halfedge));
+        let (next, previous) = (halfedge.next(), halfedge.previous());
         let [tail, tip, apex] = [halfedge, next, previous].map(|h| mesh.tail(h));
         let layout = self.shapes.layout(halfedge);
-        let [at_tail, at_tip] = [tail, tip].map(|v| self.distances[v as usize]);
+        let [at_tail, at_tip] = [tail, tip].map(|v| self.distances[v.index()]);
         let gone = cut_by_tail(&mut list, at_tail);
         let kept = cut_by_tip(&mut list[gone..], layout.length, at_tip);
         let windows = &list[gone..gone + kept];
         self.report.windows += windows.len() as u64;
-        if let Some(all) = self.kept.get_mut(halfedge as usize) {
+        if let Some(all) = self.kept.get_mut(halfedge.index()) {
             all.extend_from_slice(windows);
         }
         let (mut left, mut right) = (std::mem::take(&mut self.left), std::mem::take(&mut self.right));
@@ -208,7 +206,7 @@ impl<'a> Wavefront<'a> {
             self.improve(apex, arrival.distance, Arrival { halfedge, crossing: arrival.crossing });
         }
         self.pending.recycle(slot, list);
-        let at_apex = self.distances[apex as usize];
+        let at_apex = self.distances[apex.index()];
         if let Some(entered) = mesh.twin(previous) {
             let kept = cut_by_right_rival(&mut left, &layout.tip_from_left(at_tip));
             let kept = cut_by_tip(&mut left[..kept], self.shapes.length(previous), at_apex);
@@ -225,7 +223,7 @@ impl<'a> Wavefront<'a> {
     }
 
     /// Lets windows wait at the half-edge through which they enter a face.
-    fn wait(&mut self, entered: u32, mut windows: &[Window]) {
+    fn wait(&mut self, entered: Halfedge, mut windows: &[Window]) {
         if self.bound < f64::INFINITY {
             while let [first, rest @ ..] = windows
                 && first.nearest() > self.bound

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::{Halfedge, NO_HALFEDGE, Vertex};
 
 use crate::unfolding::Shapes;
 use crate::windows::Window;
@@ -18,7 +18,7 @@ use crate::windows::Window;
 pub(crate) struct Arrival {
     /// The half-edge opposite to the vertex in the face the path comes through; [`NO_HALFEDGE`] at a source
     /// and where nothing arrived.
-    pub(crate) halfedge: u32,
+    pub(crate) halfedge: Halfedge,
     /// Where its line crosses that half-edge, as a length from the tail; an end for a path along an edge.
     pub(crate) crossing: f64,
 }
@@ -30,18 +30,22 @@ impl Arrival {
 /// What a root is: a vertex, or beyond all vertices a source that is none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Root {
-    Vertex(u32),
+    Vertex(Vertex),
     Source(u32),
 }
 
 impl Root {
     pub(crate) fn decode(code: u32, vertices: usize) -> Self {
-        if (code as usize) < vertices { Self::Vertex(code) } else { Self::Source(code - vertices as u32) }
+        if (code as usize) < vertices {
+            Self::Vertex(Vertex(code))
+        } else {
+            Self::Source(code - vertices as u32)
+        }
     }
 
     pub(crate) fn encode(self, vertices: usize) -> u32 {
         match self {
-            Self::Vertex(v) => v,
+            Self::Vertex(v) => v.0,
             Self::Source(s) => vertices as u32 + s,
         }
     }
@@ -62,11 +66,11 @@ const NEEDLE: f64 = 1e-7;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Emission {
     /// A window that enters a face through this half-edge.
-    Window(u32, Window),
+    Window(Halfedge, Window),
     /// A window whose root lies on this half-edge: all its lines cross at one point, where it ties with
     /// whatever else comes by. It has crossed the face already; `arrival` is the distance of the apex and
     /// where the line to it crosses.
-    Crossed { halfedge: u32, window: Window, arrival: Option<(f64, f64)> },
+    Crossed { halfedge: Halfedge, window: Window, arrival: Option<(f64, f64)> },
 }
 
 /// Faces a window may cross before it is sent out: flat faces in a row.
@@ -77,7 +81,7 @@ pub(crate) const FLAT_FACES: u32 = 32;
 pub(crate) fn cast(
     mesh: &IntrinsicMesh,
     shapes: &Shapes,
-    halfedge: u32,
+    halfedge: Halfedge,
     window: Window,
     faces: u32,
     out: &mut Vec<Emission>,
@@ -97,8 +101,8 @@ pub(crate) fn cast(
     let arrival = (goes_left && goes_right).then(|| (window.offset + window.length_to(x, y), crossing));
     out.push(Emission::Crossed { halfedge, window, arrival });
     for (goes, side, part) in [
-        (goes_left, mesh.previous(halfedge), layout.left_part(&window, crossing)),
-        (goes_right, mesh.next(halfedge), layout.right_part(&window, crossing)),
+        (goes_left, halfedge.previous(), layout.left_part(&window, crossing)),
+        (goes_right, halfedge.next(), layout.right_part(&window, crossing)),
     ] {
         if let (true, Some(entered), Some(part)) = (goes, mesh.twin(side), part) {
             cast(mesh, shapes, entered, part, faces - 1, out);
@@ -110,13 +114,13 @@ pub(crate) fn cast(
 pub(crate) fn emit_windows(
     mesh: &IntrinsicMesh,
     shapes: &Shapes,
-    vertex: u32,
+    vertex: Vertex,
     distance: f64,
     arrival: Arrival,
     out: &mut Vec<Emission>,
 ) {
     // An edge without length joins two vertices into one, whose angles neither of them knows.
-    let joined = |h: u32| shapes.length(h) == 0.0 || shapes.length(mesh.previous(h)) == 0.0;
+    let joined = |h: Halfedge| shapes.length(h) == 0.0 || shapes.length(h.previous()) == 0.0;
     if arrival.halfedge == NO_HALFEDGE || is_lost(shapes, arrival) || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
             send(mesh, shapes, vertex, distance, h, None, out);
@@ -127,14 +131,14 @@ pub(crate) fn emit_windows(
     if !boundary && !exceeds_full_turn(mesh, shapes, vertex) {
         return;
     }
-    let angle = |h: u32| {
+    let angle = |h: Halfedge| {
         let [cos, sin] = shapes.corner(h);
         sin.atan2(cos)
     };
     let mut total = 0.0;
     let mut arriving = None;
     for h in mesh.outgoing(vertex) {
-        if mesh.next(h) == arrival.halfedge {
+        if h.next() == arrival.halfedge {
             arriving = Some(total + direction(shapes, arrival));
         }
         total += angle(h);
@@ -167,7 +171,7 @@ pub(crate) fn emit_windows(
 /// Whether the angles around an inner vertex may sum to more than 2π. Most vertices are answered without an
 /// arc tangent, by turning a vector through the corners and counting when it passes the direction it started
 /// from.
-fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: u32) -> bool {
+fn exceeds_full_turn(mesh: &IntrinsicMesh, shapes: &Shapes, vertex: Vertex) -> bool {
     let (mut x, mut y) = (1.0_f64, 0.0_f64);
     let mut below = false;
     for h in mesh.outgoing(vertex) {
@@ -207,18 +211,18 @@ fn direction(shapes: &Shapes, arrival: Arrival) -> f64 {
 fn send(
     mesh: &IntrinsicMesh,
     shapes: &Shapes,
-    vertex: u32,
+    vertex: Vertex,
     distance: f64,
-    outgoing: u32,
+    outgoing: Halfedge,
     sector: Option<(f64, f64, f64)>,
     out: &mut Vec<Emission>,
 ) {
-    let opposite = mesh.next(outgoing);
+    let opposite = outgoing.next();
     let Some(entered) = mesh.twin(opposite) else { return };
     let layout = shapes.layout(opposite);
     let (length, [x, y]) = (layout.length, layout.apex);
     let mut window =
-        Window { start: 0.0, end: length, x: length - x, depth: y, offset: distance, root: vertex };
+        Window { start: 0.0, end: length, x: length - x, depth: y, offset: distance, root: vertex.0 };
     if let Some((from, to, corner)) = sector
         && y > NEEDLE * length
     {

@@ -1,7 +1,7 @@
 //! Distances at any point, from the windows that were kept.
 
 use ndf_mesh::NO_HALFEDGE;
-use ndf_mesh::{FacePoint, SurfacePoint};
+use ndf_mesh::{FacePoint, Halfedge, SurfacePoint, Vertex};
 
 use crate::error::GeodesicError;
 use crate::exact::Geodesics;
@@ -14,9 +14,9 @@ use crate::windows::{TIE, Window};
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Piece {
     /// Through a window of this half-edge, which enters the point's face, at this length from its tail.
-    Window { halfedge: u32, window: Window, crossing: f64 },
+    Window { halfedge: Halfedge, window: Window, crossing: f64 },
     /// From a vertex of the point's face, straight through the face or along an edge.
-    Vertex(u32),
+    Vertex(Vertex),
     /// From the source of this number, in the point's face.
     Source(u32),
 }
@@ -48,7 +48,7 @@ impl Geodesics<'_> {
     pub fn distance_at(&self, point: SurfacePoint) -> Result<f64, GeodesicError> {
         let place = Place::of(self.mesh, point)?;
         let distance = match place {
-            Place::Vertex(v) => self.distances[v as usize],
+            Place::Vertex(v) => self.distances[v.index()],
             Place::Face(_) if self.windows.is_empty() => return Err(GeodesicError::WindowsNotKept),
             Place::Face(p) => self.nearest_in_face(&p).distance,
         };
@@ -59,12 +59,12 @@ impl Geodesics<'_> {
         let mut nearest = Nearest::NONE;
         self.offer_sources(point, &mut nearest);
         for side in 0..3 {
-            let corner = self.mesh.tail(3 * point.face + side);
-            let distance = self.distances[corner as usize] + corner_distance(self.mesh, point, side);
+            let corner = self.mesh.tail(point.face.halfedge(side));
+            let distance = self.distances[corner.index()] + corner_distance(self.mesh, point, side);
             nearest.offer(distance, Piece::Vertex(corner));
         }
         for side in 0..3 {
-            let halfedge = 3 * point.face + side;
+            let halfedge = point.face.halfedge(side);
             let at = above(point, &Layout::of(self.mesh, halfedge), side);
             self.offer_windows(halfedge, at, &mut nearest);
         }
@@ -74,25 +74,25 @@ impl Geodesics<'_> {
     /// The last piece of the path to a vertex that is no source: through the face and side its distance came
     /// by. Going back by arrivals ends, also over edges without length, as every arrival was settled before
     /// the next.
-    pub(crate) fn nearest_to_vertex(&self, vertex: u32) -> Nearest {
+    pub(crate) fn nearest_to_vertex(&self, vertex: Vertex) -> Nearest {
         let mesh = self.mesh;
         let mut nearest = Nearest::NONE;
-        let Arrival { halfedge, crossing } = self.arrivals[vertex as usize];
+        let Arrival { halfedge, crossing } = self.arrivals[vertex.index()];
         if halfedge == NO_HALFEDGE {
             return nearest;
         }
-        let distance = self.distances[vertex as usize];
+        let distance = self.distances[vertex.index()];
         for (end, side, at) in [
-            (mesh.tail(halfedge), mesh.previous(halfedge), 0.0),
-            (mesh.tip(halfedge), mesh.next(halfedge), mesh.halfedge_length(halfedge)),
+            (mesh.tail(halfedge), halfedge.previous(), 0.0),
+            (mesh.tip(halfedge), halfedge.next(), mesh.halfedge_length(halfedge)),
         ] {
-            let along = self.distances[end as usize] + mesh.halfedge_length(side);
+            let along = self.distances[end.index()] + mesh.halfedge_length(side);
             if crossing == at && along <= distance * (1.0 + TIE) {
                 nearest.offer(along, Piece::Vertex(end));
                 return nearest;
             }
         }
-        let apex = mesh.previous(halfedge);
+        let apex = halfedge.previous();
         self.offer_sources(&FacePoint::at_corner(apex), &mut nearest);
         self.offer_windows(halfedge, Layout::of(mesh, halfedge).apex, &mut nearest);
         nearest
@@ -108,8 +108,8 @@ impl Geodesics<'_> {
         }
     }
 
-    fn offer_windows(&self, halfedge: u32, [x, y]: [f64; 2], nearest: &mut Nearest) {
-        for window in &self.windows[halfedge as usize] {
+    fn offer_windows(&self, halfedge: Halfedge, [x, y]: [f64; 2], nearest: &mut Nearest) {
+        for window in &self.windows[halfedge.index()] {
             let (distance, crossing) = window.reach(x, y);
             nearest.offer(distance, Piece::Window { halfedge, window: *window, crossing });
         }

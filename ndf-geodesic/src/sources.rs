@@ -1,7 +1,7 @@
 //! Points of a surface as the wavefront takes them.
 
 use ndf_intrinsic::{IntrinsicMesh, triangle};
-use ndf_mesh::{FacePoint, SurfacePoint};
+use ndf_mesh::{FacePoint, SurfacePoint, Vertex};
 
 use crate::error::GeodesicError;
 use crate::unfolding::Layout;
@@ -9,7 +9,7 @@ use crate::unfolding::Layout;
 /// A checked point: a vertex, or a point of a face, perhaps on its rim, that is no vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
-    Vertex(u32),
+    Vertex(Vertex),
     Face(FacePoint),
 }
 
@@ -21,11 +21,11 @@ impl Place {
     pub(crate) fn of(mesh: &IntrinsicMesh, point: SurfacePoint) -> Result<Self, GeodesicError> {
         let refused = || GeodesicError::NotOnMesh { point };
         match point {
-            SurfacePoint::Vertex(v) if (v as usize) < mesh.vertex_count() => Ok(Self::Vertex(v)),
-            SurfacePoint::Edge { edge, t } if (edge as usize) < mesh.edge_count() => {
+            SurfacePoint::Vertex(v) if v.index() < mesh.vertex_count() => Ok(Self::Vertex(v)),
+            SurfacePoint::Edge { edge, t } if edge.index() < mesh.edge_count() => {
                 Self::in_face(mesh, FacePoint::on_halfedge(mesh.edge_halfedge(edge), t)).ok_or_else(refused)
             }
-            SurfacePoint::Face(point) if (point.face as usize) < mesh.face_count() => {
+            SurfacePoint::Face(point) if point.face.index() < mesh.face_count() => {
                 Self::in_face(mesh, point).ok_or_else(refused)
             }
             _ => Err(refused()),
@@ -36,7 +36,7 @@ impl Place {
         let point = FacePoint::in_face(point.face, point.barycentric)?;
         // A point without distance from a corner is that corner.
         let corner = (0..3).find(|&c| corner_distance(mesh, &point, c) == 0.0);
-        Some(corner.map_or(Self::Face(point), |c| Self::Vertex(mesh.tail(3 * point.face + c))))
+        Some(corner.map_or(Self::Face(point), |c| Self::Vertex(mesh.tail(point.face.halfedge(c)))))
     }
 
     /// The point as one of a face.
@@ -49,14 +49,14 @@ impl Place {
 }
 
 /// The point in the layout of the face above its side `side`.
-pub(crate) fn above(point: &FacePoint, layout: &Layout, side: u32) -> [f64; 2] {
-    let [_, b, c] = [0, 1, 2].map(|i| point.barycentric[(side as usize + i) % 3]);
+pub(crate) fn above(point: &FacePoint, layout: &Layout, side: usize) -> [f64; 2] {
+    let [_, b, c] = [0, 1, 2].map(|i| point.barycentric[(side + i) % 3]);
     [b * layout.length + c * layout.apex[0], c * layout.apex[1]]
 }
 
 /// Length of the straight line from a point of a face to a corner.
-pub(crate) fn corner_distance(mesh: &IntrinsicMesh, point: &FacePoint, corner: u32) -> f64 {
-    distance_in_face(mesh, point, &FacePoint::at_corner(3 * point.face + corner))
+pub(crate) fn corner_distance(mesh: &IntrinsicMesh, point: &FacePoint, corner: usize) -> f64 {
+    distance_in_face(mesh, point, &FacePoint::at_corner(point.face.halfedge(corner)))
 }
 
 /// Length of the straight line between two points of the same face.
@@ -75,7 +75,7 @@ pub(crate) fn to_surface_point(mesh: &IntrinsicMesh, point: FacePoint) -> Surfac
     match (0..3).find(|&c| b[c] == 0.0) {
         None => SurfacePoint::Face(point),
         Some(c) => {
-            let h = 3 * point.face + (c as u32 + 1) % 3;
+            let h = point.face.halfedge((c + 1) % 3);
             let t = b[(c + 2) % 3];
             let edge = mesh.halfedge_edge(h);
             SurfacePoint::Edge { edge, t: if mesh.edge_halfedge(edge) == h { t } else { 1.0 - t } }
@@ -86,6 +86,6 @@ pub(crate) fn to_surface_point(mesh: &IntrinsicMesh, point: FacePoint) -> Surfac
 /// What the distances of its face's corners say at most about that of a point.
 pub(crate) fn bound(mesh: &IntrinsicMesh, point: &FacePoint, distances: &[f64]) -> f64 {
     (0..3)
-        .map(|c| distances[mesh.tail(3 * point.face + c) as usize] + corner_distance(mesh, point, c))
+        .map(|c| distances[mesh.tail(point.face.halfedge(c)).index()] + corner_distance(mesh, point, c))
         .fold(f64::INFINITY, f64::min)
 }

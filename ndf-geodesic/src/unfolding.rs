@@ -5,6 +5,7 @@ use ndf_intrinsic::{IntrinsicMesh, triangle};
 
 use crate::envelope::push_ordered;
 use crate::windows::Window;
+use ndf_mesh::Halfedge;
 
 /// A face above the x axis: tail of the entered half-edge at the origin, tip at `(length, 0)`.
 ///
@@ -30,15 +31,15 @@ impl Shapes {
             let sides = mesh.sides(f);
             (sides, triangle::area(sides))
         };
-        Self((0..mesh.face_count() as u32).map(shape).collect())
+        Self(mesh.faces().map(shape).collect())
     }
 
     /// The face of a half-edge, laid out above it.
     #[inline]
-    pub(crate) fn layout(&self, halfedge: u32) -> Layout {
-        let (sides, area) = self.0[halfedge as usize / 3];
+    pub(crate) fn layout(&self, halfedge: Halfedge) -> Layout {
+        let (sides, area) = self.0[halfedge.face().index()];
         let [a, b, c] = sides;
-        let sides = match halfedge % 3 {
+        let sides = match halfedge.corner() {
             0 => [a, b, c],
             1 => [b, c, a],
             _ => [c, a, b],
@@ -48,15 +49,15 @@ impl Shapes {
 
     /// Length of a half-edge.
     #[inline]
-    pub(crate) fn length(&self, halfedge: u32) -> f64 {
-        self.0[halfedge as usize / 3].0[halfedge as usize % 3]
+    pub(crate) fn length(&self, halfedge: Halfedge) -> f64 {
+        self.0[halfedge.face().index()].0[halfedge.corner()]
     }
 
     /// Cosine and sine of the angle at the tail of a half-edge in its face, times one number.
     #[inline]
-    pub(crate) fn corner(&self, halfedge: u32) -> [f64; 2] {
-        let (sides, area) = self.0[halfedge as usize / 3];
-        let c = halfedge as usize % 3;
+    pub(crate) fn corner(&self, halfedge: Halfedge) -> [f64; 2] {
+        let (sides, area) = self.0[halfedge.face().index()];
+        let c = halfedge.corner();
         let (ahead, behind, opposite) = (sides[c], sides[(c + 2) % 3], sides[(c + 1) % 3]);
         let (longer, shorter) = if ahead > behind { (ahead, behind) } else { (behind, ahead) };
         [shorter * shorter + (longer - opposite) * (longer + opposite), 4.0 * area]
@@ -101,7 +102,7 @@ impl Layout {
     }
 
     /// The face of a half-edge, laid out above it.
-    pub(crate) fn of(mesh: &IntrinsicMesh, halfedge: u32) -> Self {
+    pub(crate) fn of(mesh: &IntrinsicMesh, halfedge: Halfedge) -> Self {
         let sides = mesh.sides_from(halfedge);
         Self::new(sides, triangle::area(sides))
     }

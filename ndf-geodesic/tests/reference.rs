@@ -18,7 +18,7 @@ use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::repair;
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 
 fn data_folder() -> PathBuf {
     std::env::var_os("NDF_DATA")
@@ -46,7 +46,7 @@ fn compare(
         for entry in reference[name]["distances"].as_array().unwrap() {
             let sources: Vec<SurfacePoint> = meshes::numbers(&entry["sources"])
                 .into_iter()
-                .map(|v| SurfacePoint::Vertex(v as u32))
+                .map(|v| SurfacePoint::Vertex(Vertex(v as u32)))
                 .collect();
             let found = find(&mesh, &sources);
             let expected = &entry[kind];
@@ -112,7 +112,7 @@ fn distances_agree_with_the_reference_on_every_mesh() {
             }
         };
         let geodesics =
-            exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
+            exact_distances(&mesh, &[SurfacePoint::Vertex(Vertex(0))], &ExactOptions::default(), &NoProgress)
                 .unwrap();
         let d = geodesics.distances();
         let finite = || d.iter().copied().filter(|d| d.is_finite());
@@ -154,7 +154,8 @@ fn subdivision_changes_no_distance() {
         let Ok(mesh) = ManifoldMesh::try_from(mesh) else { continue };
         let (mesh, fine) = (IntrinsicMesh::from_mesh(&mesh), IntrinsicMesh::from_mesh(&fine));
         let run = |m| {
-            exact_distances(m, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap()
+            exact_distances(m, &[SurfacePoint::Vertex(Vertex(0))], &ExactOptions::default(), &NoProgress)
+                .unwrap()
         };
         let (coarse, fine) = (run(&mesh), run(&fine));
         let error = coarse

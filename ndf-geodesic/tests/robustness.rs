@@ -13,7 +13,7 @@ use ndf_geodesic::HeatSolver;
 use ndf_geodesic::{ExactOptions, GeodesicError, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::shapes;
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{Edge, Face, FacePoint, Halfedge, ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -23,7 +23,7 @@ fn intrinsic(mesh: &TriangleMesh) -> IntrinsicMesh {
 }
 
 fn from_vertex(mesh: &IntrinsicMesh, v: u32) -> Vec<f64> {
-    exact_distances(mesh, &[SurfacePoint::Vertex(v)], &ExactOptions::default(), &NoProgress)
+    exact_distances(mesh, &[SurfacePoint::Vertex(Vertex(v))], &ExactOptions::default(), &NoProgress)
         .unwrap()
         .distances()
         .to_vec()
@@ -42,7 +42,7 @@ fn a_finely_subdivided_cube_is_exact() {
     let small = shapes::cube(1);
     let truth = exact_distances(
         &coarse,
-        &[SurfacePoint::Vertex(corner(&small))],
+        &[SurfacePoint::Vertex(Vertex(corner(&small)))],
         &ExactOptions::with_windows(),
         &NoProgress,
     )
@@ -147,13 +147,18 @@ fn slivers() -> TriangleMesh {
 fn slivers_leave_nothing_unreached() {
     let mesh = slivers();
     let intrinsic = intrinsic(&mesh);
-    let needle = (0..intrinsic.face_count() as u32)
+    let needle = intrinsic
+        .faces()
         .map(|f| ndf_intrinsic::triangle::smallest_angle(intrinsic.sides(f)))
         .fold(f64::INFINITY, f64::min);
     assert!(needle < 1e-5, "the fixture has slivers: {needle}");
-    let geodesics =
-        exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows(), &NoProgress)
-            .unwrap();
+    let geodesics = exact_distances(
+        &intrinsic,
+        &[SurfacePoint::Vertex(Vertex(0))],
+        &ExactOptions::with_windows(),
+        &NoProgress,
+    )
+    .unwrap();
     assert_eq!(geodesics.unreached(), 0);
     let from = mesh.positions()[0].normalize();
     for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
@@ -198,13 +203,13 @@ fn windows_that_start_where_they_end_are_no_windows() {
     for (mesh, stretch) in [(&lattice, 1.0), (&folded, 2.0_f64.sqrt())] {
         let mesh = ManifoldMesh::try_from(mesh.clone()).unwrap();
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let edge = (0..intrinsic.edge_count() as u32).nth(mesh.vertex_count()).unwrap();
+        let edge = intrinsic.edges().nth(mesh.vertex_count()).unwrap();
         for source in [
-            SurfacePoint::Vertex(0),
-            SurfacePoint::Vertex(middle),
+            SurfacePoint::Vertex(Vertex(0)),
+            SurfacePoint::Vertex(Vertex(middle)),
             SurfacePoint::Edge { edge, t: 0.5 },
-            SurfacePoint::Face(FacePoint { face: 2 * quads, barycentric: [0.25, 0.25, 0.5] }),
-            SurfacePoint::Face(FacePoint { face: 2 * quads + 1, barycentric: [0.5, 0.5, 0.0] }),
+            SurfacePoint::Face(FacePoint { face: Face(2 * quads), barycentric: [0.25, 0.25, 0.5] }),
+            SurfacePoint::Face(FacePoint { face: Face(2 * quads + 1), barycentric: [0.5, 0.5, 0.0] }),
         ] {
             let geodesics =
                 exact_distances(&intrinsic, &[source], &ExactOptions::with_windows(), &NoProgress).unwrap();
@@ -215,7 +220,7 @@ fn windows_that_start_where_they_end_are_no_windows() {
             for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
                 let truth = unrolled(*p).distance(from);
                 assert!((d - truth).abs() <= 1e-14 * f64::from(n), "{source:?} to {v}: {d} {truth}");
-                let path = geodesics.path_to(SurfacePoint::Vertex(v as u32)).unwrap();
+                let path = geodesics.path_to(SurfacePoint::Vertex(Vertex(v as u32))).unwrap();
                 let positions = path.positions(&mesh);
                 let length: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
                 assert!((length - truth).abs() < 1e-12 * f64::from(n), "path to {v}: {length} {truth}");
@@ -236,7 +241,7 @@ fn edges_without_length_and_flat_faces_are_crossed() {
     for source in [0, 12, 300] {
         let geodesics = exact_distances(
             &intrinsic,
-            &[SurfacePoint::Vertex(source)],
+            &[SurfacePoint::Vertex(Vertex(source))],
             &ExactOptions::with_windows(),
             &NoProgress,
         )
@@ -245,22 +250,22 @@ fn edges_without_length_and_flat_faces_are_crossed() {
         for (v, (p, d)) in mesh.positions().iter().zip(geodesics.distances()).enumerate() {
             let truth = p.distance(mesh.positions()[source as usize]);
             assert!((d - truth).abs() < 1e-12, "{source} to {v}: {d} {truth}");
-            let path = geodesics.path_to(SurfacePoint::Vertex(v as u32)).unwrap();
+            let path = geodesics.path_to(SurfacePoint::Vertex(Vertex(v as u32))).unwrap();
             let positions = path.positions(&mesh);
             let length: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
             assert!((length - truth).abs() < 1e-9, "{source} to {v}: {length} {truth}");
         }
     }
     #[cfg(feature = "heat")]
-    assert!(HeatSolver::new(&intrinsic).unwrap().distances(&[SurfacePoint::Vertex(0)]).is_ok());
+    assert!(HeatSolver::new(&intrinsic).unwrap().distances(&[SurfacePoint::Vertex(Vertex(0))]).is_ok());
 }
 
 #[test]
 fn coinciding_sources_are_one() {
     let mesh = intrinsic(&shapes::torus(20, 10, 1.0, 0.4));
-    let face = SurfacePoint::Face(FacePoint { face: 7, barycentric: [0.2, 0.5, 0.3] });
-    let corner = SurfacePoint::Face(FacePoint { face: 3, barycentric: [0.0, 1.0, 0.0] });
-    let at_corner = SurfacePoint::Vertex(mesh.tail(10));
+    let face = SurfacePoint::Face(FacePoint { face: Face(7), barycentric: [0.2, 0.5, 0.3] });
+    let corner = SurfacePoint::Face(FacePoint { face: Face(3), barycentric: [0.0, 1.0, 0.0] });
+    let at_corner = SurfacePoint::Vertex(mesh.tail(Halfedge(10)));
     let run = |sources: &[SurfacePoint]| {
         exact_distances(&mesh, sources, &ExactOptions::default(), &NoProgress).unwrap().distances().to_vec()
     };
@@ -268,20 +273,16 @@ fn coinciding_sources_are_one() {
     assert!(close(&run(&[face]), &run(&[face, face, face])));
     assert!(close(&run(&[corner]), &run(&[at_corner])));
     assert!(close(&run(&[corner]), &run(&[at_corner, corner, at_corner])));
-    let end = SurfacePoint::Edge { edge: 5, t: 1.0 };
-    let tip = SurfacePoint::Vertex(mesh.edge_vertices(5)[1]);
+    let end = SurfacePoint::Edge { edge: Edge(5), t: 1.0 };
+    let tip = SurfacePoint::Vertex(mesh.edge_vertices(Edge(5))[1]);
     assert!(close(&run(&[end]), &run(&[tip])));
     // From both faces of an edge the same point.
-    let h = mesh.edge_halfedge(9);
+    let edge = Edge(9);
+    let h = mesh.edge_halfedge(edge);
     let twin = mesh.twin(h).unwrap();
-    let on = |h: u32, t: f64| {
-        let mut barycentric = [0.0; 3];
-        barycentric[h as usize % 3] = 1.0 - t;
-        barycentric[(h as usize + 1) % 3] = t;
-        SurfacePoint::Face(FacePoint { face: h / 3, barycentric })
-    };
+    let on = |h: Halfedge, t: f64| SurfacePoint::Face(FacePoint::on_halfedge(h, t));
     assert!(close(&run(&[on(h, 0.3)]), &run(&[on(twin, 0.7)])));
-    assert!(close(&run(&[on(h, 0.3), on(twin, 0.7)]), &run(&[SurfacePoint::Edge { edge: 9, t: 0.3 }])));
+    assert!(close(&run(&[on(h, 0.3), on(twin, 0.7)]), &run(&[SurfacePoint::Edge { edge, t: 0.3 }])));
 }
 
 #[test]
@@ -292,22 +293,28 @@ fn other_components_are_unreached() {
     positions.extend(positions.clone().iter().map(|p| *p + DVec3::X * 5.0));
     faces.extend(faces.clone().iter().map(|f| f.map(|v| v + n)));
     let mesh = intrinsic(&TriangleMesh::new(positions, faces).unwrap());
-    let geodesics =
-        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::with_windows(), &NoProgress)
-            .unwrap();
+    let geodesics = exact_distances(
+        &mesh,
+        &[SurfacePoint::Vertex(Vertex(0))],
+        &ExactOptions::with_windows(),
+        &NoProgress,
+    )
+    .unwrap();
     assert_eq!(geodesics.unreached(), n as usize);
     assert!(geodesics.distances()[n as usize..].iter().all(|d| *d == f64::INFINITY));
-    let far = SurfacePoint::Vertex(n + 3);
+    let far = SurfacePoint::Vertex(Vertex(n + 3));
     assert_eq!(geodesics.path_to(far).unwrap_err(), GeodesicError::Unreached { point: far });
-    let inside =
-        SurfacePoint::Face(FacePoint { face: mesh.face_count() as u32 - 1, barycentric: [0.3, 0.3, 0.4] });
+    let inside = SurfacePoint::Face(FacePoint {
+        face: Face::new(mesh.face_count() - 1),
+        barycentric: [0.3, 0.3, 0.4],
+    });
     assert_eq!(geodesics.distance_at(inside).unwrap(), f64::INFINITY);
 }
 
 #[test]
 fn radius_and_targets_stop_the_front_and_change_no_distance() {
     let mesh = intrinsic(&shapes::trefoil_knot(200, 16, 0.2));
-    let source = [SurfacePoint::Face(FacePoint { face: 100, barycentric: [0.3, 0.3, 0.4] })];
+    let source = [SurfacePoint::Face(FacePoint { face: Face(100), barycentric: [0.3, 0.3, 0.4] })];
     let full = exact_distances(&mesh, &source, &ExactOptions::with_windows(), &NoProgress).unwrap();
     for radius in [0.05, 0.7, 2.0] {
         let options = ExactOptions { radius, ..ExactOptions::default() };
@@ -318,9 +325,9 @@ fn radius_and_targets_stop_the_front_and_change_no_distance() {
         assert!(near.report().windows < full.report().windows);
     }
     for target in [
-        SurfacePoint::Vertex(1234),
-        SurfacePoint::Edge { edge: 777, t: 0.2 },
-        SurfacePoint::Face(FacePoint { face: 110, barycentric: [0.1, 0.1, 0.8] }),
+        SurfacePoint::Vertex(Vertex(1234)),
+        SurfacePoint::Edge { edge: Edge(777), t: 0.2 },
+        SurfacePoint::Face(FacePoint { face: Face(110), barycentric: [0.1, 0.1, 0.8] }),
         source[0],
     ] {
         let options = ExactOptions { targets: vec![target], ..ExactOptions::with_windows() };
@@ -343,21 +350,22 @@ fn bad_requests_are_errors() {
     };
     assert_eq!(run(&[]), Some(GeodesicError::NoSource));
     for point in [
-        SurfacePoint::Vertex(42),
-        SurfacePoint::Edge { edge: 1000, t: 0.5 },
-        SurfacePoint::Edge { edge: 0, t: 1.5 },
-        SurfacePoint::Face(FacePoint { face: 80, barycentric: [1.0, 0.0, 0.0] }),
-        SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.7, 0.7, 0.0] }),
-        SurfacePoint::Face(FacePoint { face: 0, barycentric: [1.5, -0.5, 0.0] }),
+        SurfacePoint::Vertex(Vertex(42)),
+        SurfacePoint::Edge { edge: Edge(1000), t: 0.5 },
+        SurfacePoint::Edge { edge: Edge(0), t: 1.5 },
+        SurfacePoint::Face(FacePoint { face: Face(80), barycentric: [1.0, 0.0, 0.0] }),
+        SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [0.7, 0.7, 0.0] }),
+        SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [1.5, -0.5, 0.0] }),
     ] {
         assert_eq!(run(&[point]), Some(GeodesicError::NotOnMesh { point }));
     }
-    let nan = SurfacePoint::Face(FacePoint { face: 0, barycentric: [f64::NAN, 0.5, 0.5] });
+    let nan = SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [f64::NAN, 0.5, 0.5] });
     assert!(matches!(run(&[nan]), Some(GeodesicError::NotOnMesh { .. })));
     let bare =
-        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress).unwrap();
-    assert_eq!(bare.path_to(SurfacePoint::Vertex(3)).unwrap_err(), GeodesicError::WindowsNotKept);
-    let inside = SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.5, 0.25, 0.25] });
+        exact_distances(&mesh, &[SurfacePoint::Vertex(Vertex(0))], &ExactOptions::default(), &NoProgress)
+            .unwrap();
+    assert_eq!(bare.path_to(SurfacePoint::Vertex(Vertex(3))).unwrap_err(), GeodesicError::WindowsNotKept);
+    let inside = SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [0.5, 0.25, 0.25] });
     assert_eq!(bare.distance_at(inside).unwrap_err(), GeodesicError::WindowsNotKept);
 }
 
@@ -375,7 +383,8 @@ impl Progress for Impatient {
 fn the_observer_can_cancel_and_runs_repeat() {
     let mesh = intrinsic(&shapes::torus(60, 40, 1.0, 0.4));
     let error =
-        exact_distances(&mesh, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &Impatient).err();
+        exact_distances(&mesh, &[SurfacePoint::Vertex(Vertex(0))], &ExactOptions::default(), &Impatient)
+            .err();
     assert_eq!(error, Some(GeodesicError::Cancelled(Cancelled)));
     assert_eq!(from_vertex(&mesh, 5), from_vertex(&mesh, 5));
 }
@@ -411,7 +420,7 @@ fn subdivision_changes_no_distance_on_noise_of_any_kind() {
         let source = rng.random_range(0..mesh.vertex_count() as u32);
         let geodesics = exact_distances(
             &coarse,
-            &[SurfacePoint::Vertex(source)],
+            &[SurfacePoint::Vertex(Vertex(source))],
             &ExactOptions::with_windows(),
             &NoProgress,
         )
@@ -420,7 +429,7 @@ fn subdivision_changes_no_distance_on_noise_of_any_kind() {
         for (v, (a, b)) in geodesics.distances().iter().zip(from_vertex(&fine, source)).enumerate() {
             assert!((a - b).abs() < 1e-12 * max, "{seed}, vertex {v}: {a} {b}");
         }
-        for v in (0..mesh.vertex_count() as u32).step_by(17) {
+        for v in mesh.topology().vertices().step_by(17) {
             let path = geodesics.path_to(SurfacePoint::Vertex(v)).unwrap();
             let length: f64 = path.positions(&mesh).windows(2).map(|p| p[0].distance(p[1])).sum();
             assert!(

@@ -9,7 +9,7 @@ use ndf_geodesic::{ExactOptions, Geodesics, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::Topology;
 use ndf_mesh::shapes;
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{Edge, Face, FacePoint, Halfedge, ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -23,10 +23,12 @@ fn run<'a>(mesh: &'a IntrinsicMesh, sources: &[SurfacePoint]) -> Geodesics<'a> {
 }
 
 fn random_point(mesh: &IntrinsicMesh, rng: &mut ChaCha8Rng) -> SurfacePoint {
-    let face = rng.random_range(0..mesh.face_count() as u32);
+    let face = Face(rng.random_range(0..mesh.face_count() as u32));
     match rng.random_range(0..4) {
-        0 => SurfacePoint::Vertex(rng.random_range(0..mesh.vertex_count() as u32)),
-        1 => SurfacePoint::Edge { edge: rng.random_range(0..mesh.edge_count() as u32), t: rng.random() },
+        0 => SurfacePoint::Vertex(Vertex(rng.random_range(0..mesh.vertex_count() as u32))),
+        1 => {
+            SurfacePoint::Edge { edge: Edge(rng.random_range(0..mesh.edge_count() as u32)), t: rng.random() }
+        }
         _ => {
             let (a, b): (f64, f64) = (rng.random(), rng.random());
             let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
@@ -84,9 +86,9 @@ fn paths_bend_around_a_notch() {
     let mesh = manifold(plate);
     let intrinsic = IntrinsicMesh::from_mesh(&mesh);
     let at = |x: f64, y: f64| {
-        mesh.positions().iter().position(|p| p.distance(DVec3::new(x, y, 0.0)) < 1e-12).unwrap() as u32
+        mesh.positions().iter().position(|p| p.distance(DVec3::new(x, y, 0.0)) < 1e-12).unwrap()
     };
-    let source = SurfacePoint::Vertex(at(0.125, 1.0));
+    let source = SurfacePoint::Vertex(Vertex::new(at(0.125, 1.0)));
     let geodesics = run(&intrinsic, &[source]);
     let corner = DVec3::new(0.5, 0.5, 0.0);
     let from = DVec3::new(0.125, 1.0, 0.0);
@@ -99,7 +101,7 @@ fn paths_bend_around_a_notch() {
             "{p}: {} {truth}",
             geodesics.distances()[v]
         );
-        check_path(&mesh, &geodesics, SurfacePoint::Vertex(v as u32), &[source]);
+        check_path(&mesh, &geodesics, SurfacePoint::Vertex(Vertex(v as u32)), &[source]);
     }
 }
 
@@ -109,9 +111,13 @@ fn spheres_and_cylinders_converge() {
     for level in 2..6 {
         let mesh = manifold(shapes::icosphere(level));
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
-                .unwrap();
+        let geodesics = exact_distances(
+            &intrinsic,
+            &[SurfacePoint::Vertex(Vertex(0))],
+            &ExactOptions::default(),
+            &NoProgress,
+        )
+        .unwrap();
         let from = mesh.positions()[0];
         let error = mesh.positions().iter().zip(geodesics.distances());
         errors.push(error.map(|(p, d)| (d - p.dot(from).clamp(-1.0, 1.0).acos()).abs()).fold(0.0, f64::max));
@@ -131,9 +137,13 @@ fn spheres_and_cylinders_converge() {
         let (tube, _) = ndf_mesh::repair::without_unreferenced_vertices(&tube);
         let mesh = manifold(tube);
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let geodesics =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(0)], &ExactOptions::default(), &NoProgress)
-                .unwrap();
+        let geodesics = exact_distances(
+            &intrinsic,
+            &[SurfacePoint::Vertex(Vertex(0))],
+            &ExactOptions::default(),
+            &NoProgress,
+        )
+        .unwrap();
         let worst = mesh
             .positions()
             .iter()
@@ -152,8 +162,8 @@ fn cube_unfolds() {
     for n in [1, 2, 5, 12] {
         let mesh = manifold(shapes::cube(n));
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let corner = mesh.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap() as u32;
-        let source = SurfacePoint::Vertex(corner);
+        let corner = mesh.positions().iter().position(|p| *p == DVec3::splat(-1.0)).unwrap();
+        let source = SurfacePoint::Vertex(Vertex::new(corner));
         let geodesics = run(&intrinsic, &[source]);
         for (v, p) in mesh.positions().iter().enumerate() {
             let [x, y, z] = (*p + 1.0).to_array();
@@ -175,7 +185,7 @@ fn cube_unfolds() {
             }
             let d = geodesics.distances()[v];
             assert!((d - truth).abs() < 1e-13, "{p} {d} {truth}");
-            check_path(&mesh, &geodesics, SurfacePoint::Vertex(v as u32), &[source]);
+            check_path(&mesh, &geodesics, SurfacePoint::Vertex(Vertex(v as u32)), &[source]);
         }
     }
 }
@@ -208,8 +218,8 @@ fn tetrahedron_unfolds() {
     for k in 0..50 {
         let ((f, s), (g, t)) =
             (random(if k % 2 == 0 { 0 } else { 3 }), random(if k % 3 == 0 { 0 } else { 3 }));
-        let source = SurfacePoint::Face(FacePoint { face: f, barycentric: s });
-        let to = SurfacePoint::Face(FacePoint { face: g, barycentric: t });
+        let source = SurfacePoint::Face(FacePoint { face: Face(f), barycentric: s });
+        let to = SurfacePoint::Face(FacePoint { face: Face(g), barycentric: t });
         let geodesics = run(&intrinsic, &[source]);
         let (from, at) = (planar(f, s), planar(g, t));
         let mut truth = f64::INFINITY;
@@ -243,8 +253,8 @@ fn flat_torus(n: u32, m: u32, a: [f64; 2], b: [f64; 2]) -> IntrinsicMesh {
                 at(i + 1, j + 1),
                 at(i, j + 1),
             ]);
-            twins.extend([6 * at(i, j + m - 1) + 4, 6 * at(i + 1, j) + 5, 6 * f + 3]);
-            twins.extend([6 * f + 2, 6 * at(i, j + 1), 6 * at(i + n - 1, j) + 1]);
+            twins.extend([6 * at(i, j + m - 1) + 4, 6 * at(i + 1, j) + 5, 6 * f + 3].map(Halfedge));
+            twins.extend([6 * f + 2, 6 * at(i, j + 1), 6 * at(i + n - 1, j) + 1].map(Halfedge));
         }
     }
     let complex = Topology::from_gluing((n * m) as usize, &tails, &twins).unwrap();
@@ -254,8 +264,7 @@ fn flat_torus(n: u32, m: u32, a: [f64; 2], b: [f64; 2]) -> IntrinsicMesh {
     };
     let of_side =
         [step(1.0, 0.0), step(0.0, 1.0), step(1.0, 1.0), step(1.0, 1.0), step(1.0, 0.0), step(0.0, 1.0)];
-    let lengths =
-        (0..complex.edge_count() as u32).map(|e| of_side[complex.edge_halfedge(e) as usize % 6]).collect();
+    let lengths = complex.edges().map(|e| of_side[complex.edge_halfedge(e).index() % 6]).collect();
     IntrinsicMesh::new(&complex, lengths, 1e-12).unwrap()
 }
 
@@ -270,7 +279,7 @@ fn flat_torus_by_images() {
     ] {
         let mesh = flat_torus(n, m, a, b);
         for source in [0, (n * m) / 2] {
-            let geodesics = run(&mesh, &[SurfacePoint::Vertex(source)]);
+            let geodesics = run(&mesh, &[SurfacePoint::Vertex(Vertex(source))]);
             for v in 0..n * m {
                 let (di, dj) =
                     (f64::from(v / m) - f64::from(source / m), f64::from(v % m) - f64::from(source % m));
@@ -308,11 +317,12 @@ fn flat_torus_by_images() {
                         truth = truth.min((s * a[0] + t * b[0]).hypot(s * a[1] + t * b[1]));
                     }
                 }
-                let point = SurfacePoint::Face(FacePoint { face, barycentric: [1.0 - x - y, x, y] });
+                let point =
+                    SurfacePoint::Face(FacePoint { face: Face(face), barycentric: [1.0 - x - y, x, y] });
                 let d = geodesics.distance_at(point).unwrap();
                 assert!((d - truth).abs() < 1e-13, "{d} {truth}");
                 let path = geodesics.path_to(point).unwrap();
-                assert_eq!(*path.points.last().unwrap(), SurfacePoint::Vertex(source));
+                assert_eq!(*path.points.last().unwrap(), SurfacePoint::Vertex(Vertex(source)));
             }
         }
     }
@@ -369,16 +379,18 @@ fn symmetry_and_triangle_inequality() {
 fn graph_distances(mesh: &ManifoldMesh, source: u32, k: usize) -> Vec<f64> {
     let vertices = mesh.vertex_count();
     let mut positions = mesh.positions().to_vec();
-    for e in 0..mesh.topology().edge_count() as u32 {
-        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v as usize]);
+    for e in mesh.topology().edges() {
+        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v.index()]);
         positions.extend((1..=k).map(|i| a.lerp(b, i as f64 / (k + 1) as f64)));
     }
     let mut neighbours = vec![Vec::new(); positions.len()];
-    for f in 0..mesh.face_count() as u32 {
-        let on_rim: Vec<usize> = (0..3)
-            .flat_map(|c| {
-                let e = mesh.topology().halfedge_edge(3 * f + c) as usize;
-                std::iter::once(mesh.topology().tail(3 * f + c) as usize)
+    for f in mesh.face_indices() {
+        let on_rim: Vec<usize> = f
+            .halfedges()
+            .into_iter()
+            .flat_map(|h| {
+                let e = mesh.topology().halfedge_edge(h).index();
+                std::iter::once(mesh.topology().tail(h).index())
                     .chain((0..k).map(move |i| vertices + e * k + i))
             })
             .collect();
@@ -411,9 +423,13 @@ fn graphs_bound_from_above_and_come_near() {
     for seed in 0..6 {
         let mesh = bumpy(seed);
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let exact =
-            exact_distances(&intrinsic, &[SurfacePoint::Vertex(3)], &ExactOptions::default(), &NoProgress)
-                .unwrap();
+        let exact = exact_distances(
+            &intrinsic,
+            &[SurfacePoint::Vertex(Vertex(3))],
+            &ExactOptions::default(),
+            &NoProgress,
+        )
+        .unwrap();
         for (k, gap) in [(1, 0.2), (20, 0.006)] {
             for (v, bound) in graph_distances(&mesh, 3, k).into_iter().enumerate() {
                 let d = exact.distances()[v];

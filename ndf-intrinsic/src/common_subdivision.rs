@@ -4,8 +4,8 @@
 //! both are linear on it.
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
+use ndf_mesh::{Face, FacePoint, Halfedge};
 
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::normal_coordinates::{Arcs, Region};
@@ -29,16 +29,16 @@ pub struct CommonSubdivision {
     /// Triangles, with the orientation of both meshes.
     pub faces: Vec<[u32; 3]>,
     /// The input face of every triangle.
-    pub input_faces: Vec<u32>,
+    pub input_faces: Vec<Face>,
     /// The intrinsic face of every triangle.
-    pub intrinsic_faces: Vec<u32>,
+    pub intrinsic_faces: Vec<Face>,
 }
 
 impl IntrinsicTriangulation<'_> {
     /// Cuts the triangulation along the input's edges. O(n + length of all traces).
     pub fn common_subdivision(&self) -> CommonSubdivision {
         let mut builder = Builder::new(self);
-        for face in 0..self.mesh().face_count() as u32 {
+        for face in self.mesh().faces() {
             builder.cut(face);
         }
         builder.subdivision
@@ -51,7 +51,7 @@ impl IntrinsicTriangulation<'_> {
     pub fn sample_input_function(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.input().vertex_count());
         let at_place = |place: FacePoint| {
-            place.interpolate(self.input().faces()[place.face as usize].map(|v| values[v as usize]))
+            place.interpolate(self.input().faces()[place.face.index()].map(|v| values[v as usize]))
         };
         let inserted = self.coordinates.places.iter().map(|&place| at_place(place));
         values.iter().copied().chain(inserted).collect()
@@ -72,7 +72,7 @@ impl CommonSubdivision {
         assert_eq!(values.len(), input.vertex_count());
         let value = |point: SurfacePoint| {
             let point = point.in_some_face(input);
-            point.interpolate(input.faces()[point.face as usize].map(|v| values[v as usize]))
+            point.interpolate(input.faces()[point.face.index()].map(|v| values[v as usize]))
         };
         self.points.iter().map(|p| value(p.input)).collect()
     }
@@ -89,13 +89,13 @@ impl CommonSubdivision {
     ) -> Vec<f64> {
         assert_eq!(values.len(), triangulation.mesh().vertex_count());
         let value = |point: SurfacePoint| match point {
-            SurfacePoint::Vertex(v) => values[v as usize],
+            SurfacePoint::Vertex(v) => values[v.index()],
             SurfacePoint::Edge { edge, t } => {
                 let [a, b] = triangulation.mesh().edge_vertices(edge);
-                (1.0 - t) * values[a as usize] + t * values[b as usize]
+                (1.0 - t) * values[a.index()] + t * values[b.index()]
             }
             SurfacePoint::Face(point) => {
-                point.interpolate(triangulation.mesh().face_vertices(point.face).map(|v| values[v as usize]))
+                point.interpolate(triangulation.mesh().face_vertices(point.face).map(|v| values[v.index()]))
             }
         };
         self.points.iter().map(|p| value(p.intrinsic)).collect()
@@ -108,7 +108,7 @@ struct Builder<'t, 'm> {
     /// The first point of every edge's crossings.
     first_crossings: Vec<u32>,
     /// The input faces every edge passes, one more than crossings, and where each edge's begin.
-    passed: Vec<u32>,
+    passed: Vec<Face>,
     first_passed: Vec<u32>,
 }
 
@@ -116,12 +116,13 @@ impl<'t, 'm> Builder<'t, 'm> {
     /// Points of the subdivision, and what edges pass.
     fn new(triangulation: &'t IntrinsicTriangulation<'m>) -> Self {
         let (mesh, input) = (triangulation.mesh(), triangulation.input());
-        let mut points: Vec<CommonPoint> = (0..mesh.vertex_count() as u32)
+        let mut points: Vec<CommonPoint> = mesh
+            .vertices()
             .map(|v| CommonPoint { input: triangulation.location(v), intrinsic: SurfacePoint::Vertex(v) })
             .collect();
         let (mut first_crossings, mut passed, mut first_passed) = (Vec::new(), Vec::new(), Vec::new());
         let mut strip = Strip::default();
-        for edge in 0..mesh.edge_count() as u32 {
+        for edge in mesh.edges() {
             first_crossings.push(points.len() as u32);
             first_passed.push(passed.len() as u32);
             triangulation.coordinates.fill_strip(&triangulation.base, mesh.edge_halfedge(edge), &mut strip);
@@ -135,7 +136,7 @@ impl<'t, 'm> Builder<'t, 'm> {
                     intrinsic: SurfacePoint::Edge { edge, t: crossing.along },
                 });
             }
-            passed.extend(strip.frames.iter().map(|frame| frame.halfedge / 3));
+            passed.extend(strip.frames.iter().map(|frame| frame.halfedge.face()));
         }
         let subdivision = CommonSubdivision {
             points,
@@ -147,29 +148,29 @@ impl<'t, 'm> Builder<'t, 'm> {
     }
 
     /// Crossing `q` of a half-edge, counted from its tail.
-    fn crossing(&self, halfedge: u32, q: i32) -> u32 {
+    fn crossing(&self, halfedge: Halfedge, q: i32) -> u32 {
         let mesh = self.triangulation.mesh();
         let edge = mesh.halfedge_edge(halfedge);
         let forward = mesh.edge_halfedge(edge) == halfedge;
-        let q = if forward { q } else { self.triangulation.coordinates.normal[edge as usize] - 1 - q };
-        self.first_crossings[edge as usize] + q as u32
+        let q = if forward { q } else { self.triangulation.coordinates.normal[edge.index()] - 1 - q };
+        self.first_crossings[edge.index()] + q as u32
     }
 
     /// The input face of a region of a face.
-    fn input_face(&self, face: u32, region: &Region) -> u32 {
-        let h = 3 * face + region.side as u32;
+    fn input_face(&self, face: Face, region: &Region) -> Face {
+        let h = face.halfedge(region.side);
         let edge = self.triangulation.mesh().halfedge_edge(h);
-        let n = self.triangulation.coordinates.normal[edge as usize];
+        let n = self.triangulation.coordinates.normal[edge.index()];
         if n < 0 {
             return self.triangulation.coordinates.first_face(h);
         }
         let forward = self.triangulation.mesh().edge_halfedge(edge) == h;
         let segment = if forward { region.segment } else { n - region.segment };
-        self.passed[self.first_passed[edge as usize] as usize + segment as usize]
+        self.passed[self.first_passed[edge.index()] as usize + segment as usize]
     }
 
     /// Adds a convex polygon as a fan of triangles.
-    fn polygon(&mut self, face: u32, region: &Region, corners: &[u32]) {
+    fn polygon(&mut self, face: Face, region: &Region, corners: &[u32]) {
         let input_face = self.input_face(face, region);
         for pair in corners[1..].windows(2) {
             self.subdivision.faces.push([corners[0], pair[0], pair[1]]);
@@ -179,9 +180,9 @@ impl<'t, 'm> Builder<'t, 'm> {
     }
 
     /// Cuts a face along the curves that cross it.
-    fn cut(&mut self, face: u32) {
-        let arcs = self.triangulation.coordinates.arcs_from(3 * face);
-        let vertices = self.triangulation.mesh().face_vertices(face);
+    fn cut(&mut self, face: Face) {
+        let arcs = self.triangulation.coordinates.arcs_from(face.halfedge(0));
+        let vertices = self.triangulation.mesh().face_vertices(face).map(u32::from);
         for (c, &corner) in vertices.iter().enumerate() {
             let mut inner = None;
             for level in 0..arcs.cutting[c] {
@@ -210,7 +211,7 @@ impl<'t, 'm> Builder<'t, 'm> {
         let mut corners = vec![vertices[c]];
         corners.extend(rest(self, next));
         for m in 0..arcs.emanating[c] {
-            let hit = self.crossing(3 * face + next as u32, arcs.cutting[next] + m);
+            let hit = self.crossing(face.halfedge(next), arcs.cutting[next] + m);
             corners.push(hit);
             self.polygon(face, &arcs.fan_region(c, m), &corners);
             corners = vec![vertices[c], hit];
@@ -220,9 +221,9 @@ impl<'t, 'm> Builder<'t, 'm> {
     }
 
     /// Ends of the arc around a corner: on the side that begins there and on the one that ends there.
-    fn arc_ends(&self, face: u32, arcs: &Arcs, c: usize, level: i32) -> (u32, u32) {
+    fn arc_ends(&self, face: Face, arcs: &Arcs, c: usize, level: i32) -> (u32, u32) {
         let last = (c + 2) % 3;
-        let on_last = self.crossing(3 * face + last as u32, arcs.crossings[last] - 1 - level);
-        (self.crossing(3 * face + c as u32, level), on_last)
+        let on_last = self.crossing(face.halfedge(last), arcs.crossings[last] - 1 - level);
+        (self.crossing(face.halfedge(c), level), on_last)
     }
 }

@@ -6,6 +6,7 @@ use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
 use crate::quad::Quad;
+use ndf_mesh::Edge;
 
 /// What [flips to Delaunay](IntrinsicTriangulation::flip_to_delaunay) did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,13 +26,13 @@ pub const MOST_FLIPS_PER_EDGE: usize = 10_000;
 /// Edges to look at, each at most once at a time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EdgeQueue {
-    stack: Vec<u32>,
+    stack: Vec<Edge>,
     queued: Vec<bool>,
 }
 
 impl EdgeQueue {
     /// These edges, the first on top.
-    pub(crate) fn of(edges: &[u32]) -> Self {
+    pub(crate) fn of(edges: &[Edge]) -> Self {
         let mut queue = Self::default();
         edges.iter().rev().for_each(|&e| queue.push(e));
         queue
@@ -42,19 +43,19 @@ impl EdgeQueue {
     }
 
     #[inline]
-    pub(crate) fn push(&mut self, edge: u32) {
-        if edge as usize >= self.queued.len() {
-            self.queued.resize(edge as usize + 1, false);
+    pub(crate) fn push(&mut self, edge: Edge) {
+        if edge.index() >= self.queued.len() {
+            self.queued.resize(edge.index() + 1, false);
         }
-        if !std::mem::replace(&mut self.queued[edge as usize], true) {
+        if !std::mem::replace(&mut self.queued[edge.index()], true) {
             self.stack.push(edge);
         }
     }
 
     #[inline]
-    pub(crate) fn pop(&mut self) -> Option<u32> {
+    pub(crate) fn pop(&mut self) -> Option<Edge> {
         let edge = self.stack.pop()?;
-        self.queued[edge as usize] = false;
+        self.queued[edge.index()] = false;
         Some(edge)
     }
 }
@@ -65,10 +66,10 @@ pub(crate) trait Flip {
     fn mesh(&self) -> &IntrinsicMesh;
 
     /// Whether an edge is known to need no flip at a glance.
-    fn is_settled(&self, edge: u32) -> bool;
+    fn is_settled(&self, edge: Edge) -> bool;
 
     /// Flips an edge with two different faces, if that is allowed, and gives it a new length; whether it did.
-    fn flip(&mut self, edge: u32, length: f64) -> bool;
+    fn flip(&mut self, edge: Edge, length: f64) -> bool;
 }
 
 impl Flip for IntrinsicMesh {
@@ -78,15 +79,15 @@ impl Flip for IntrinsicMesh {
     }
 
     #[inline]
-    fn is_settled(&self, edge: u32) -> bool {
+    fn is_settled(&self, edge: Edge) -> bool {
         is_surely_delaunay(self, edge)
     }
 
     #[inline]
-    fn flip(&mut self, edge: u32, length: f64) -> bool {
+    fn flip(&mut self, edge: Edge, length: f64) -> bool {
         let h = self.edge_halfedge(edge);
         self.topology.flip(h);
-        self.lengths[edge as usize] = length;
+        self.lengths[edge.index()] = length;
         true
     }
 }
@@ -98,12 +99,12 @@ impl Flip for IntegerCoordinates<'_> {
     }
 
     #[inline]
-    fn is_settled(&self, edge: u32) -> bool {
+    fn is_settled(&self, edge: Edge) -> bool {
         is_surely_delaunay(&self.mesh, edge)
     }
 
     #[inline]
-    fn flip(&mut self, edge: u32, length: f64) -> bool {
+    fn flip(&mut self, edge: Edge, length: f64) -> bool {
         self.flip(edge, length);
         true
     }
@@ -111,10 +112,10 @@ impl Flip for IntegerCoordinates<'_> {
 
 /// The four edges around the two faces of an inner edge.
 #[inline]
-pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: u32) -> [u32; 4] {
+pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: Edge) -> [Edge; 4] {
     let h = mesh.edge_halfedge(edge);
     let t = mesh.raw_twin(h);
-    [mesh.next(h), mesh.previous(h), mesh.next(t), mesh.previous(t)].map(|h| mesh.halfedge_edge(h))
+    [h.next(), h.previous(), t.next(), t.previous()].map(|h| mesh.halfedge_edge(h))
 }
 
 /// Flips queued edges and those around them until all are Delaunay in the metric of the lengths. `flipped` is
@@ -122,7 +123,7 @@ pub(crate) fn quad_edges(mesh: &IntrinsicMesh, edge: u32) -> [u32; 4] {
 pub(crate) fn flip_to_delaunay<T: Flip>(
     triangulation: &mut T,
     queue: &mut EdgeQueue,
-    mut flipped: impl FnMut(&T, u32),
+    mut flipped: impl FnMut(&T, Edge),
 ) -> DelaunayReport {
     let mut report = DelaunayReport::default();
     let most = MOST_FLIPS_PER_EDGE.saturating_mul(triangulation.mesh().edge_count());
@@ -152,7 +153,7 @@ pub(crate) fn flip_to_delaunay<T: Flip>(
 
 /// Whether neither angle opposite to an edge is obtuse: then it is Delaunay, and nothing needs to be laid out.
 #[inline]
-pub(crate) fn is_surely_delaunay(mesh: &IntrinsicMesh, edge: u32) -> bool {
+pub(crate) fn is_surely_delaunay(mesh: &IntrinsicMesh, edge: Edge) -> bool {
     let h = mesh.edge_halfedge(edge);
     mesh.twin(h).is_none_or(|t| mesh.is_acute(h) && mesh.is_acute(t))
 }
@@ -160,9 +161,8 @@ pub(crate) fn is_surely_delaunay(mesh: &IntrinsicMesh, edge: u32) -> bool {
 /// The edges that are not Delaunay, found over all threads.
 pub(crate) fn violating(mesh: &IntrinsicMesh) -> EdgeQueue {
     let violates =
-        |&e: &u32| !is_surely_delaunay(mesh, e) && Quad::of(mesh, e).is_some_and(|quad| quad.is_violating());
-    let edges: Vec<u32> =
-        (0..mesh.edge_count() as u32).into_par_iter().with_min_len(4096).filter(violates).collect();
+        |&e: &Edge| !is_surely_delaunay(mesh, e) && Quad::of(mesh, e).is_some_and(|quad| quad.is_violating());
+    let edges: Vec<Edge> = mesh.par_edges().with_min_len(4096).filter(violates).collect();
     EdgeQueue::of(&edges)
 }
 

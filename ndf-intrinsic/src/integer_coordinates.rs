@@ -4,8 +4,8 @@
 //! The operations here are told where new vertices go and how long new edges are; they never look at a length,
 //! so that the metric may be another than the input's (Gillespie, Sharp and Crane 2021).
 
-use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{Edge, Face, FacePoint, Halfedge, Vertex};
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::normal_coordinates::{Arcs, COINCIDENT, Region, flipped};
@@ -31,7 +31,7 @@ pub struct IntegerCoordinates<'m> {
 #[derive(Clone, Debug)]
 struct CurveFans {
     offsets: Vec<u32>,
-    curves: Vec<u32>,
+    curves: Vec<Halfedge>,
     /// Number of curves at inner vertices, where the last is followed by the first; [`OPEN`] at the boundary.
     moduli: Vec<u32>,
 }
@@ -42,9 +42,9 @@ impl CurveFans {
         let mut curves = Vec::with_capacity(input.topology().halfedge_count());
         let mut moduli = Vec::with_capacity(input.vertex_count());
         offsets.push(0);
-        for v in 0..input.vertex_count() as u32 {
+        for v in input.topology().vertices() {
             curves.extend(input.topology().outgoing(v).filter(|&h| input.topology().twin(h).is_some()));
-            let count = curves.len() as u32 - offsets[v as usize];
+            let count = curves.len() as u32 - offsets[v.index()];
             moduli.push(if input.topology().is_boundary_vertex(v) { OPEN } else { count });
             offsets.push(curves.len() as u32);
         }
@@ -63,9 +63,8 @@ impl<'m> IntegerCoordinates<'m> {
                 mesh.topology.set_data(h, index as u32);
             }
         }
-        let normal = (0..input.topology().edge_count() as u32)
-            .map(|e| if mesh.is_boundary_edge(e) { 0 } else { COINCIDENT })
-            .collect();
+        let normal =
+            input.topology().edges().map(|e| if mesh.is_boundary_edge(e) { 0 } else { COINCIDENT }).collect();
         Self { input, mesh, normal, places: Vec::new(), fans }
     }
 
@@ -83,8 +82,8 @@ impl<'m> IntegerCoordinates<'m> {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn normal_coordinate(&self, edge: u32) -> i32 {
-        self.normal[edge as usize]
+    pub fn normal_coordinate(&self, edge: Edge) -> i32 {
+        self.normal[edge.index()]
     }
 
     /// Roundabout of a half-edge: the index of the first input edge at or counter-clockwise after it, among the
@@ -92,37 +91,37 @@ impl<'m> IntegerCoordinates<'m> {
     ///
     /// # Panics
     /// If the half-edge does not exist.
-    pub fn roundabout(&self, halfedge: u32) -> u32 {
+    pub fn roundabout(&self, halfedge: Halfedge) -> u32 {
         self.mesh.data(halfedge)
     }
 
     /// Whether a vertex was inserted.
-    pub fn is_inserted(&self, vertex: u32) -> bool {
-        vertex as usize >= self.input.vertex_count()
+    pub fn is_inserted(&self, vertex: Vertex) -> bool {
+        vertex.index() >= self.input.vertex_count()
     }
 
     /// Where an inserted vertex lies on the input; `None` for the input's own.
-    pub fn inserted_place(&self, vertex: u32) -> Option<FacePoint> {
-        let inserted = (vertex as usize).checked_sub(self.input.vertex_count())?;
+    pub fn inserted_place(&self, vertex: Vertex) -> Option<FacePoint> {
+        let inserted = vertex.index().checked_sub(self.input.vertex_count())?;
         Some(self.places[inserted])
     }
 
     #[inline]
-    pub(crate) fn halfedge_normal(&self, halfedge: u32) -> i32 {
-        self.normal[self.mesh.halfedge_edge(halfedge) as usize]
+    pub(crate) fn halfedge_normal(&self, halfedge: Halfedge) -> i32 {
+        self.normal[self.mesh.halfedge_edge(halfedge).index()]
     }
 
     /// The arcs in the face of a half-edge, sides numbered from it.
     #[inline]
-    pub(crate) fn arcs_from(&self, halfedge: u32) -> Arcs {
-        let (next, last) = (self.mesh.next(halfedge), self.mesh.previous(halfedge));
+    pub(crate) fn arcs_from(&self, halfedge: Halfedge) -> Arcs {
+        let (next, last) = (halfedge.next(), halfedge.previous());
         Arcs::new([halfedge, next, last].map(|h| self.halfedge_normal(h)))
     }
 
     /// Brings an index of a curve around a vertex into range.
     #[inline]
-    fn wrapped(&self, vertex: u32, index: u32) -> u32 {
-        match self.fans.moduli.get(vertex as usize) {
+    fn wrapped(&self, vertex: Vertex, index: u32) -> u32 {
+        match self.fans.moduli.get(vertex.index()) {
             Some(&modulus) if index >= modulus => index - modulus,
             _ => index,
         }
@@ -131,7 +130,7 @@ impl<'m> IntegerCoordinates<'m> {
     /// The roundabout of a half-edge inside the corner of `halfedge` after `clockwise` of the curves that come
     /// out of the corner.
     #[inline]
-    pub(crate) fn roundabout_within(&self, halfedge: u32, clockwise: i32) -> u32 {
+    pub(crate) fn roundabout_within(&self, halfedge: Halfedge, clockwise: i32) -> u32 {
         let coincident = i32::from(self.halfedge_normal(halfedge) == COINCIDENT);
         let index = self.roundabout(halfedge) + (coincident + clockwise) as u32;
         self.wrapped(self.mesh.tail(halfedge), index)
@@ -139,50 +138,49 @@ impl<'m> IntegerCoordinates<'m> {
 
     /// The input half-edge that curve `index` around input vertex `vertex` leaves by.
     #[inline]
-    pub(crate) fn curve(&self, vertex: u32, index: u32) -> u32 {
-        self.fans.curves[(self.fans.offsets[vertex as usize] + index) as usize]
+    pub(crate) fn curve(&self, vertex: Vertex, index: u32) -> Halfedge {
+        self.fans.curves[(self.fans.offsets[vertex.index()] + index) as usize]
     }
 
     /// The input face on the left of a half-edge that leaves an input vertex between two curves, and does not
     /// run along one.
-    pub(crate) fn wedge_face(&self, halfedge: u32) -> u32 {
+    pub(crate) fn wedge_face(&self, halfedge: Halfedge) -> Face {
         let v = self.mesh.tail(halfedge);
-        let modulus = self.fans.moduli[v as usize];
+        let modulus = self.fans.moduli[v.index()];
         let before = match (self.roundabout(halfedge), modulus) {
             (0, OPEN) => self.input.topology().vertex_halfedge(v),
             (0, count) => self.curve(v, count - 1),
             (index, _) => self.curve(v, index - 1),
         };
-        before / 3
+        before.face()
     }
 
     /// Flips an edge with two different faces and gives it a new length.
     #[inline]
-    pub(crate) fn flip(&mut self, edge: u32, length: f64) {
+    pub(crate) fn flip(&mut self, edge: Edge, length: f64) {
         let h = self.mesh.edge_halfedge(edge);
         let t = self.mesh.raw_twin(h);
         let (left, right) = (self.arcs_from(h), self.arcs_from(t));
-        let new = flipped(&left, &right, self.normal[edge as usize] == COINCIDENT);
-        let at_k = self.roundabout_within(self.mesh.previous(h), new.between_ki_and_kl);
-        let at_l = self.roundabout_within(self.mesh.previous(t), new.between_lj_and_lk);
+        let new = flipped(&left, &right, self.normal[edge.index()] == COINCIDENT);
+        let at_k = self.roundabout_within(h.previous(), new.between_ki_and_kl);
+        let at_l = self.roundabout_within(t.previous(), new.between_lj_and_lk);
         let [from_l, from_k] = self.mesh.topology.flip(h);
         self.mesh.topology.set_data(from_l, at_l);
         self.mesh.topology.set_data(from_k, at_k);
-        self.normal[edge as usize] = new.normal;
-        self.mesh.lengths[edge as usize] = length;
+        self.normal[edge.index()] = new.normal;
+        self.mesh.lengths[edge.index()] = length;
     }
 
     /// Inserts a vertex into a region of a face. Returns the vertex; its edges to the corners of the face are
     /// the last three, in the order of the corners, and have the given lengths.
     pub(crate) fn insert_in_face(
         &mut self,
-        face: u32,
+        face: Face,
         region: &Region,
         place: FacePoint,
         lengths: [f64; 3],
-    ) -> u32 {
-        let roundabouts =
-            [0, 1, 2].map(|c| self.roundabout_within(3 * face + c, region.clockwise[c as usize]));
+    ) -> Vertex {
+        let roundabouts = [0, 1, 2].map(|c| self.roundabout_within(face.halfedge(c), region.clockwise[c]));
         let spokes = self.mesh.topology.insert_in_face(face);
         for (spoke, roundabout) in spokes.into_iter().zip(roundabouts) {
             self.mesh.topology.set_data(spoke, roundabout);
@@ -190,7 +188,7 @@ impl<'m> IntegerCoordinates<'m> {
         self.normal.extend(region.crossings);
         self.mesh.lengths.extend(lengths);
         self.places.push(place);
-        self.mesh.vertex_count() as u32 - 1
+        Vertex::new(self.mesh.vertex_count() - 1)
     }
 
     /// Splits the edge of `halfedge`, i → j between k on its left and l on its right, after `segment` crossings
@@ -201,27 +199,27 @@ impl<'m> IntegerCoordinates<'m> {
     /// Where both sides are one face, j → i must follow i → j there; then p–l is a loop at p around j.
     pub(crate) fn split_edge(
         &mut self,
-        halfedge: u32,
+        halfedge: Halfedge,
         segment: i32,
         place: FacePoint,
         lengths: [f64; 4],
-    ) -> u32 {
+    ) -> Vertex {
         let (h, t) = (halfedge, self.mesh.twin(halfedge));
         let edge = self.mesh.halfedge_edge(h);
-        let n = self.normal[edge as usize];
+        let n = self.normal[edge.index()];
         let along = n == COINCIDENT;
         let left = self.arcs_from(h).region_at_side(0, segment);
-        let (hp, at_i) = (self.mesh.previous(h), self.roundabout_within(h, 0));
+        let (hp, at_i) = (h.previous(), self.roundabout_within(h, 0));
         let at_k = self.roundabout_within(hp, left.clockwise[2]);
         let right = t.map(|t| {
-            let arcs = if t == self.mesh.next(h) {
+            let arcs = if t == h.next() {
                 // The face is already cut in two when it is cut a second time, from p.
                 Arcs::new([n, left.crossings[2], n.max(0) - segment])
             } else {
                 self.arcs_from(t)
             };
             let region = arcs.region_at_side(0, n.max(0) - segment);
-            let at_l = self.roundabout_within(self.mesh.previous(t), region.clockwise[2]);
+            let at_l = self.roundabout_within(t.previous(), region.clockwise[2]);
             (region.crossings[2], at_l)
         });
         let ([_, to_k], to_l) = self.mesh.topology.split_edge(h);
@@ -231,9 +229,9 @@ impl<'m> IntegerCoordinates<'m> {
         }
         self.set_incoming_roundabout(to_k, at_k);
         let before = if along { 0 } else { segment };
-        self.normal[edge as usize] = before;
+        self.normal[edge.index()] = before;
         self.normal.extend([n.max(0) - before, left.crossings[2]]);
-        self.mesh.lengths[edge as usize] = lengths[0];
+        self.mesh.lengths[edge.index()] = lengths[0];
         self.mesh.lengths.extend([lengths[1], lengths[2]]);
         if let (Some(to_l), Some((crossings, at_l))) = (to_l, right) {
             self.set_incoming_roundabout(to_l, at_l);
@@ -241,23 +239,23 @@ impl<'m> IntegerCoordinates<'m> {
             self.mesh.lengths.push(lengths[3]);
         }
         self.places.push(place);
-        self.mesh.vertex_count() as u32 - 1
+        Vertex::new(self.mesh.vertex_count() - 1)
     }
 
-    fn set_incoming_roundabout(&mut self, outgoing: u32, roundabout: u32) {
+    fn set_incoming_roundabout(&mut self, outgoing: Halfedge, roundabout: u32) {
         let incoming = self.mesh.raw_twin(outgoing);
         self.mesh.topology.set_data(incoming, roundabout);
     }
 
     /// Whether an inserted vertex is ready to go: three faces around it, or two on the boundary, all different.
-    pub(crate) fn is_removable(&self, vertex: u32) -> bool {
-        let mut faces = [u32::MAX; 4];
+    pub(crate) fn is_removable(&self, vertex: Vertex) -> bool {
+        let mut faces = [None; 4];
         let mut count = 0;
         for h in self.mesh.outgoing(vertex) {
-            if count == 4 || faces.contains(&(h / 3)) {
+            if count == 4 || faces.contains(&Some(h.face())) {
                 return false;
             }
-            faces[count] = h / 3;
+            faces[count] = Some(h.face());
             count += 1;
         }
         count == if self.mesh.is_boundary_vertex(vertex) { 2 } else { 3 }
@@ -266,7 +264,7 @@ impl<'m> IntegerCoordinates<'m> {
     /// Whether curves stay taut when an inserted vertex that [is removable](Self::is_removable) goes: none may
     /// turn around it and cross the same outer edge twice, or run along an outer edge beyond it. Geodesics
     /// cannot, unless faces have no area.
-    pub(crate) fn stays_taut_without(&self, vertex: u32) -> bool {
+    pub(crate) fn stays_taut_without(&self, vertex: Vertex) -> bool {
         if self.mesh.is_boundary_vertex(vertex) {
             return true;
         }
@@ -281,21 +279,21 @@ impl<'m> IntegerCoordinates<'m> {
 
     /// Removes an inserted vertex that [is removable](Self::is_removable); the last vertex takes its number. On
     /// the boundary, where it lies straight between its neighbours, their lengths add up.
-    pub(crate) fn remove(&mut self, vertex: u32) {
-        let (edges, count) = if self.mesh.is_boundary_vertex(vertex) {
+    pub(crate) fn remove(&mut self, vertex: Vertex) {
+        let edges = if self.mesh.is_boundary_vertex(vertex) {
             let along = self.mesh.vertex_halfedge(vertex);
-            let inward = self.mesh.raw_twin(self.mesh.previous(along));
-            let kept = self.mesh.halfedge_edge(self.mesh.previous(inward));
-            self.mesh.lengths[kept as usize] += self.mesh.halfedge_length(along);
+            let inward = self.mesh.raw_twin(along.previous());
+            let kept = self.mesh.halfedge_edge(inward.previous());
+            self.mesh.lengths[kept.index()] += self.mesh.halfedge_length(along);
             let [a, b] = self.mesh.topology.remove_boundary_degree_two(vertex);
-            ([a, b, u32::MAX], 2)
+            [Some(a), Some(b), None]
         } else {
-            (self.mesh.topology.remove_degree_three(vertex), 3)
+            self.mesh.topology.remove_degree_three(vertex).map(Some)
         };
-        for &e in &edges[..count] {
-            self.normal.swap_remove(e as usize);
-            self.mesh.lengths.swap_remove(e as usize);
+        for e in edges.into_iter().flatten() {
+            self.normal.swap_remove(e.index());
+            self.mesh.lengths.swap_remove(e.index());
         }
-        self.places.swap_remove(vertex as usize - self.input.vertex_count());
+        self.places.swap_remove(vertex.index() - self.input.vertex_count());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use ndf_mesh::{ManifoldMesh, Topology, TopologyError};
+use ndf_mesh::{Edge, Face, Halfedge, ManifoldMesh, Topology, TopologyError, Vertex};
 use rayon::prelude::*;
 
 use crate::triangle;
@@ -37,7 +37,7 @@ pub enum IntrinsicMeshError {
     #[error("edge {edge} has length {length}")]
     Length {
         /// The edge.
-        edge: u32,
+        edge: Edge,
         /// Its length.
         length: f64,
     },
@@ -45,7 +45,7 @@ pub enum IntrinsicMeshError {
     #[error("the sides {sides:?} of face {face} violate the triangle inequality")]
     TriangleInequality {
         /// The face.
-        face: u32,
+        face: Face,
         /// Lengths of its sides.
         sides: [f64; 3],
     },
@@ -78,9 +78,9 @@ impl IntrinsicMesh {
         let p = mesh.positions();
         let length = |e| {
             let [a, b] = mesh.topology().edge_vertices(e);
-            p[a as usize].distance(p[b as usize])
+            p[a.index()].distance(p[b.index()])
         };
-        let lengths = (0..mesh.topology().edge_count() as u32).map(length).collect();
+        let lengths = mesh.topology().edges().map(length).collect();
         Self { topology: mesh.topology().with_data(0), lengths }
     }
 
@@ -99,10 +99,10 @@ impl IntrinsicMesh {
             });
         }
         if let Some(e) = lengths.iter().position(|l| !(l.is_finite() && *l >= 0.0)) {
-            return Err(IntrinsicMeshError::Length { edge: e as u32, length: lengths[e] });
+            return Err(IntrinsicMeshError::Length { edge: Edge::new(e), length: lengths[e] });
         }
         let mesh = Self { topology: topology.with_data(0), lengths };
-        for face in 0..mesh.face_count() as u32 {
+        for face in mesh.faces() {
             let sides = mesh.sides(face);
             if triangle::slack(sides) < -tolerance * sides.iter().sum::<f64>() {
                 return Err(IntrinsicMeshError::TriangleInequality { face, sides });
@@ -126,8 +126,8 @@ impl IntrinsicMesh {
     /// # Panics
     /// If the edge does not exist.
     #[inline]
-    pub fn length(&self, edge: u32) -> f64 {
-        self.lengths[edge as usize]
+    pub fn length(&self, edge: Edge) -> f64 {
+        self.lengths[edge.index()]
     }
 
     /// Length of a half-edge's edge.
@@ -135,7 +135,7 @@ impl IntrinsicMesh {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn halfedge_length(&self, halfedge: u32) -> f64 {
+    pub fn halfedge_length(&self, halfedge: Halfedge) -> f64 {
         self.length(self.halfedge_edge(halfedge))
     }
 
@@ -144,7 +144,7 @@ impl IntrinsicMesh {
     /// # Panics
     /// If the face does not exist.
     #[inline]
-    pub fn sides(&self, face: u32) -> [f64; 3] {
+    pub fn sides(&self, face: Face) -> [f64; 3] {
         self.face_edges(face).map(|e| self.length(e))
     }
 
@@ -153,28 +153,28 @@ impl IntrinsicMesh {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn sides_from(&self, halfedge: u32) -> [f64; 3] {
-        [halfedge, self.next(halfedge), self.previous(halfedge)].map(|h| self.halfedge_length(h))
+    pub fn sides_from(&self, halfedge: Halfedge) -> [f64; 3] {
+        [halfedge, halfedge.next(), halfedge.previous()].map(|h| self.halfedge_length(h))
     }
 
     /// Area of a face; 0 where the triangle inequality fails.
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn area(&self, face: u32) -> f64 {
+    pub fn area(&self, face: Face) -> f64 {
         triangle::area(self.sides(face))
     }
 
     /// Total area.
     pub fn total_area(&self) -> f64 {
-        (0..self.face_count() as u32).map(|f| self.area(f)).sum()
+        self.faces().map(|f| self.area(f)).sum()
     }
 
     /// Angle at the tail of a half-edge in its face, in radians.
     ///
     /// # Panics
     /// If the half-edge does not exist.
-    pub fn corner_angle(&self, halfedge: u32) -> f64 {
+    pub fn corner_angle(&self, halfedge: Halfedge) -> f64 {
         triangle::angle(self.sides_from(halfedge), 0)
     }
 
@@ -182,7 +182,7 @@ impl IntrinsicMesh {
     ///
     /// # Panics
     /// If the half-edge does not exist.
-    pub fn cotangent(&self, halfedge: u32) -> f64 {
+    pub fn cotangent(&self, halfedge: Halfedge) -> f64 {
         triangle::cotangent_opposite(self.sides_from(halfedge), 0)
     }
 
@@ -190,7 +190,7 @@ impl IntrinsicMesh {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn cotangent_sum(&self, edge: u32) -> f64 {
+    pub fn cotangent_sum(&self, edge: Edge) -> f64 {
         let h = self.edge_halfedge(edge);
         self.cotangent(h) + self.twin(h).map_or(0.0, |t| self.cotangent(t))
     }
@@ -199,8 +199,8 @@ impl IntrinsicMesh {
     /// boundary.
     pub fn angle_sums(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.vertex_count()];
-        for h in 0..self.halfedge_count() as u32 {
-            sums[self.tail(h) as usize] += self.corner_angle(h);
+        for h in self.halfedges() {
+            sums[self.tail(h).index()] += self.corner_angle(h);
         }
         sums
     }
@@ -209,7 +209,7 @@ impl IntrinsicMesh {
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn angle_sum(&self, vertex: u32) -> f64 {
+    pub fn angle_sum(&self, vertex: Vertex) -> f64 {
         self.outgoing(vertex).map(|h| self.corner_angle(h)).sum()
     }
 
@@ -218,7 +218,7 @@ impl IntrinsicMesh {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn is_delaunay_edge(&self, edge: u32) -> bool {
+    pub fn is_delaunay_edge(&self, edge: Edge) -> bool {
         let h = self.edge_halfedge(edge);
         let Some(twin) = self.twin(h) else { return true };
         if self.is_acute(h) && self.is_acute(twin) {
@@ -231,7 +231,7 @@ impl IntrinsicMesh {
 
     /// Whether the angle opposite to a half-edge is at most a right one.
     #[inline]
-    pub(crate) fn is_acute(&self, halfedge: u32) -> bool {
+    pub(crate) fn is_acute(&self, halfedge: Halfedge) -> bool {
         let [c, a, b] = self.sides_from(halfedge);
         a * a + b * b >= c * c
     }
@@ -239,7 +239,7 @@ impl IntrinsicMesh {
     /// Share of the inner edges that are locally Delaunay.
     pub fn delaunay_fraction(&self) -> f64 {
         let inner = self.edge_count() - self.boundary_edge_count();
-        let edges = (0..self.edge_count() as u32).into_par_iter().with_min_len(4096);
+        let edges = self.par_edges().with_min_len(4096);
         let failed = edges.filter(|&e| !self.is_delaunay_edge(e)).count();
         if inner == 0 { 1.0 } else { 1.0 - failed as f64 / inner as f64 }
     }
@@ -247,7 +247,7 @@ impl IntrinsicMesh {
     /// Whether every inner edge is locally Delaunay, hence the triangulation in its own metric (Bobenko and
     /// Springborn 2007).
     pub fn is_delaunay(&self) -> bool {
-        (0..self.edge_count() as u32).into_par_iter().with_min_len(4096).all(|e| self.is_delaunay_edge(e))
+        self.par_edges().with_min_len(4096).all(|e| self.is_delaunay_edge(e))
     }
 
     /// The smallest `a + b − c` over all faces, relative to `a + b + c`; negative where the triangle inequality
@@ -258,13 +258,13 @@ impl IntrinsicMesh {
             let perimeter: f64 = sides.iter().sum();
             if perimeter > 0.0 { triangle::slack(sides) / perimeter } else { 0.0 }
         };
-        let faces = (0..self.face_count() as u32).into_par_iter().with_min_len(4096);
+        let faces = self.par_faces().with_min_len(4096);
         faces.map(relative).reduce(|| f64::INFINITY, f64::min)
     }
 
     /// The smallest angle of all faces, in radians.
     pub fn smallest_angle(&self) -> f64 {
-        let faces = (0..self.face_count() as u32).into_par_iter().with_min_len(4096);
+        let faces = self.par_faces().with_min_len(4096);
         faces.map(|f| triangle::smallest_angle(self.sides(f))).reduce(|| f64::INFINITY, f64::min)
     }
 
@@ -274,12 +274,12 @@ impl IntrinsicMesh {
         let mean = self.lengths.iter().sum::<f64>() / self.edge_count().max(1) as f64;
         // A mesh that is one point gets lengths of order one: anything but zero will do.
         let delta = threshold * if mean > 0.0 { mean } else { 1.0 };
-        let missing = |face: u32| {
+        let missing = |face: Face| {
             let missing = delta - triangle::slack(self.sides(face));
             if missing > 0.0 { (missing, 1) } else { (0.0, 0) }
         };
-        let (added, faces) = (0..self.face_count() as u32)
-            .into_par_iter()
+        let (added, faces) = self
+            .par_faces()
             .with_min_len(4096)
             .map(missing)
             .reduce(|| (0.0, 0), |a, b| (f64::max(a.0, b.0), a.1 + b.1));
@@ -312,7 +312,7 @@ mod tests {
     fn mollification_does_nothing_to_good_meshes_and_mends_flat_faces() {
         let mut good = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::icosphere(1)).unwrap());
         assert_eq!(good.mollify(1e-8), Mollification { added: 0.0, relative: 0.0, faces: 0 });
-        let complex = Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let complex = Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2].map(Halfedge)).unwrap();
         let mut flat = IntrinsicMesh::new(&complex, vec![1.0, 1.0, 2.0], 0.0).unwrap();
         assert_eq!(flat.slack(), 0.0);
         let report = flat.mollify(1e-6);
@@ -323,11 +323,14 @@ mod tests {
 
     #[test]
     fn bad_lengths_are_refused() {
-        let complex = || Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+        let complex = || Topology::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2].map(Halfedge)).unwrap();
         let error = |l: &[f64]| IntrinsicMesh::new(&complex(), l.to_vec(), 1e-12).unwrap_err();
         assert!(matches!(error(&[1.0]), IntrinsicMeshError::LengthCount { .. }));
-        assert!(matches!(error(&[1.0, f64::NAN, 1.0]), IntrinsicMeshError::Length { edge: 1, .. }));
-        assert!(matches!(error(&[1.0, 1.0, -1.0]), IntrinsicMeshError::Length { edge: 2, .. }));
-        assert!(matches!(error(&[1.0, 1.0, 2.1]), IntrinsicMeshError::TriangleInequality { face: 0, .. }));
+        assert!(matches!(error(&[1.0, f64::NAN, 1.0]), IntrinsicMeshError::Length { edge: Edge(1), .. }));
+        assert!(matches!(error(&[1.0, 1.0, -1.0]), IntrinsicMeshError::Length { edge: Edge(2), .. }));
+        assert!(matches!(
+            error(&[1.0, 1.0, 2.1]),
+            IntrinsicMeshError::TriangleInequality { face: Face(0), .. }
+        ));
     }
 }

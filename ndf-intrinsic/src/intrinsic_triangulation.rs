@@ -1,7 +1,7 @@
 //! An intrinsic triangulation of a mesh: other triangles, the same surface.
 
 use ndf_mesh::FacePoint;
-use ndf_mesh::{ManifoldMesh, SurfacePoint};
+use ndf_mesh::{Edge, Halfedge, ManifoldMesh, SurfacePoint, Vertex};
 
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
@@ -39,10 +39,10 @@ pub struct IntrinsicTriangulation<'m> {
 pub enum FlipError {
     /// The edge has one face, or the same face on both sides.
     #[error("edge {0} does not have two different faces")]
-    NotTwoFaces(u32),
+    NotTwoFaces(Edge),
     /// The quad of its two faces is not strictly convex at the edge's ends.
     #[error("the faces of edge {0} do not form a convex quad")]
-    NotConvex(u32),
+    NotConvex(Edge),
 }
 
 /// Why a vertex cannot be inserted.
@@ -53,7 +53,7 @@ pub enum InsertError {
     NotInside,
     /// The point is a vertex already.
     #[error("the point is vertex {0}")]
-    IsVertex(u32),
+    IsVertex(Vertex),
 }
 
 /// Why a vertex cannot be removed.
@@ -61,10 +61,10 @@ pub enum InsertError {
 pub enum RemoveError {
     /// It is a vertex of the input.
     #[error("vertex {0} is a vertex of the input")]
-    OfInput(u32),
+    OfInput(Vertex),
     /// Its edges cannot be flipped away, or a curve winds around it: both happen to faces without area only.
     #[error("vertex {0} cannot be reduced by flips to one inside a face")]
-    Stuck(u32),
+    Stuck(Vertex),
 }
 
 impl<'m> IntrinsicTriangulation<'m> {
@@ -105,7 +105,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn location(&self, vertex: u32) -> SurfacePoint {
+    pub fn location(&self, vertex: Vertex) -> SurfacePoint {
         match self.coordinates.inserted_place(vertex) {
             None => SurfacePoint::Vertex(vertex),
             Some(place) => self.surface_point(place),
@@ -142,7 +142,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn flip(&mut self, edge: u32) -> Result<(), FlipError> {
+    pub fn flip(&mut self, edge: Edge) -> Result<(), FlipError> {
         let quad = Quad::of(self.mesh(), edge).ok_or(FlipError::NotTwoFaces(edge))?;
         if !quad.is_convex(STRAIGHT) {
             return Err(FlipError::NotConvex(edge));
@@ -158,7 +158,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the edge or face does not exist.
-    pub fn insert(&mut self, point: SurfacePoint) -> Result<u32, InsertError> {
+    pub fn insert(&mut self, point: SurfacePoint) -> Result<Vertex, InsertError> {
         match point {
             SurfacePoint::Vertex(v) => Err(InsertError::IsVertex(v)),
             SurfacePoint::Edge { edge, t } => self.split_edge(edge, t),
@@ -174,7 +174,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn insert_in_face(&mut self, point: FacePoint) -> Result<u32, InsertError> {
+    pub fn insert_in_face(&mut self, point: FacePoint) -> Result<Vertex, InsertError> {
         let FacePoint { face, barycentric } = point;
         let sum: f64 = barycentric.iter().sum();
         if !barycentric.iter().all(|&b| b > 0.0) || !sum.is_finite() {
@@ -199,21 +199,22 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn split_edge(&mut self, edge: u32, t: f64) -> Result<u32, InsertError> {
+    pub fn split_edge(&mut self, edge: Edge, t: f64) -> Result<Vertex, InsertError> {
         if !(t > 0.0 && t < 1.0) {
             return Err(InsertError::NotInside);
         }
         let (mut h, mut t) = (self.mesh().edge_halfedge(edge), t);
-        if let Some(twin) = self.mesh().twin(h).filter(|&twin| self.mesh().next(twin) == h) {
+        if let Some(twin) = self.mesh().twin(h).filter(|&twin| twin.next() == h) {
             (h, t) = (twin, 1.0 - t);
         }
         let (segment, place) = self.coordinates.locate_on_halfedge(&self.base, h, t);
         let length = self.mesh().length(edge);
-        let to_apex =
-            |h: u32, t: f64| triangle::displacement_length(self.mesh().sides_from(h), [1.0 - t, t, -1.0]);
+        let to_apex = |h: Halfedge, t: f64| {
+            triangle::displacement_length(self.mesh().sides_from(h), [1.0 - t, t, -1.0])
+        };
         let right = match self.mesh().twin(h) {
             // A loop around the tip: the base of an isosceles triangle.
-            Some(twin) if twin == self.mesh().next(h) => {
+            Some(twin) if twin == h.next() => {
                 2.0 * (1.0 - t) * length * (0.5 * self.mesh().corner_angle(twin)).sin()
             }
             Some(twin) => to_apex(twin, 1.0 - t),
@@ -232,21 +233,21 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn remove(&mut self, vertex: u32) -> Result<(), RemoveError> {
+    pub fn remove(&mut self, vertex: Vertex) -> Result<(), RemoveError> {
         if !self.coordinates.is_inserted(vertex) {
             return Err(RemoveError::OfInput(vertex));
         }
         // A flip takes an edge from the vertex, unless a corner opposite to the edge is the vertex too.
         let mut most_flips = 4 * self.mesh().outgoing(vertex).count();
         while !self.coordinates.is_removable(vertex) {
-            let spokes: Vec<u32> =
+            let spokes: Vec<Edge> =
                 self.mesh().outgoing(vertex).map(|h| self.mesh().halfedge_edge(h)).collect();
             // Loops first: they count twice.
-            let is_loop = |e: u32| {
+            let is_loop = |e: Edge| {
                 let [a, b] = self.mesh().edge_vertices(e);
                 a == b
             };
-            let (loops, others): (Vec<u32>, Vec<u32>) = spokes.into_iter().partition(|&e| is_loop(e));
+            let (loops, others): (Vec<Edge>, Vec<Edge>) = spokes.into_iter().partition(|&e| is_loop(e));
             let flipped = loops.into_iter().chain(others).any(|e| self.flip(e).is_ok());
             if !flipped || most_flips == 0 {
                 return Err(RemoveError::Stuck(vertex));
@@ -269,7 +270,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the vertex or the element of the point does not exist.
-    pub fn move_vertex(&mut self, vertex: u32, to: SurfacePoint) -> Result<(), MoveError> {
+    pub fn move_vertex(&mut self, vertex: Vertex, to: SurfacePoint) -> Result<(), MoveError> {
         if !self.coordinates.is_inserted(vertex) {
             return Err(RemoveError::OfInput(vertex).into());
         }
@@ -282,7 +283,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn trace_edge(&self, edge: u32) -> Vec<Crossing> {
+    pub fn trace_edge(&self, edge: Edge) -> Vec<Crossing> {
         let strip = self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge));
         (0..strip.crossings()).map(|q| strip.crossing(q)).collect()
     }
@@ -292,7 +293,7 @@ impl<'m> IntrinsicTriangulation<'m> {
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn laid_out_length(&self, edge: u32) -> f64 {
+    pub fn laid_out_length(&self, edge: Edge) -> f64 {
         let strip = self.coordinates.strip(&self.base, self.mesh().edge_halfedge(edge));
         distance(strip.tail, strip.tip)
     }

@@ -10,14 +10,14 @@
 //!
 //! ```
 //! use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
-//! use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, shapes};
+//! use ndf_mesh::{Face, FacePoint, ManifoldMesh, SurfacePoint, shapes};
 //!
 //! let torus = ManifoldMesh::try_from(shapes::torus(40, 8, 1.0, 0.3))?;
 //! let mut triangulation = IntrinsicTriangulation::new(&torus);
 //! let report = triangulation.refine_delaunay(&RefinementOptions::default());
 //! assert!(triangulation.mesh().is_delaunay() && report.min_angle.to_degrees() > 24.9);
 //! // The middle of an intrinsic face, on the torus.
-//! let middle = triangulation.to_input(SurfacePoint::Face(FacePoint::center(0)));
+//! let middle = triangulation.to_input(SurfacePoint::Face(FacePoint::center(Face(0))));
 //! assert!(middle.position(&torus).is_finite());
 //! # Ok::<(), ndf_mesh::NotManifold>(())
 //! ```

@@ -1,6 +1,6 @@
 //! From points of the intrinsic triangulation to points of the input.
 
-use ndf_mesh::FacePoint;
+use ndf_mesh::{Face, FacePoint, Halfedge};
 
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::IntrinsicMesh;
@@ -24,7 +24,7 @@ impl IntegerCoordinates<'_> {
     pub(crate) fn locate_on_halfedge(
         &self,
         input: &IntrinsicMesh,
-        halfedge: u32,
+        halfedge: Halfedge,
         t: f64,
     ) -> (i32, FacePoint) {
         let strip = self.strip(input, halfedge);
@@ -81,16 +81,16 @@ impl SideStrip {
 }
 
 impl FaceLayout {
-    pub(crate) fn of(coordinates: &IntegerCoordinates<'_>, input: &IntrinsicMesh, face: u32) -> Self {
+    pub(crate) fn of(coordinates: &IntegerCoordinates<'_>, input: &IntrinsicMesh, face: Face) -> Self {
         let sides = coordinates.mesh.sides(face);
         let (a, b) = ([0.0, 0.0], [sides[0], 0.0]);
         let corners = [a, b, third_corner(a, b, sides)];
-        let arcs = coordinates.arcs_from(3 * face);
+        let arcs = coordinates.arcs_from(face.halfedge(0));
         let strips = [0, 1, 2].map(|side| {
             let by_curves = arcs.cutting[side] > 0 || arcs.emanating[(side + 2) % 3] > 0;
             // The central region touches the first side.
             (by_curves || side == 0).then(|| {
-                let strip = coordinates.strip(input, 3 * face + side as u32);
+                let strip = coordinates.strip(input, face.halfedge(side));
                 SideStrip::along(strip, corners[side], corners[(side + 1) % 3])
             })
         });
@@ -138,10 +138,10 @@ fn first(end: i32, holds: impl Fn(i32) -> bool) -> i32 {
 /// A point of the plane as one of a face laid out there.
 pub(crate) fn place_in_frame(frame: &Frame, point: Point) -> FacePoint {
     let weights = barycentric_clamped(frame.corners, point);
-    let first = frame.halfedge as usize % 3;
+    let first = frame.halfedge.corner();
     let mut barycentric = [0.0; 3];
     for (c, w) in weights.into_iter().enumerate() {
         barycentric[(first + c) % 3] = w;
     }
-    FacePoint { face: frame.halfedge / 3, barycentric }
+    FacePoint { face: frame.halfedge.face(), barycentric }
 }

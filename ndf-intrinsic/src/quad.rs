@@ -3,6 +3,7 @@
 use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
 use crate::planar::{Point, cross, distance, dot, minus, orientation};
 use crate::triangle;
+use ndf_mesh::Edge;
 
 /// The two faces of an edge in the plane.
 pub(crate) struct Quad {
@@ -15,10 +16,10 @@ pub(crate) struct Quad {
 impl Quad {
     /// Lays out the faces of an edge; `None` where it has not two different ones.
     #[inline]
-    pub(crate) fn of(mesh: &IntrinsicMesh, edge: u32) -> Option<Self> {
+    pub(crate) fn of(mesh: &IntrinsicMesh, edge: Edge) -> Option<Self> {
         let h = mesh.edge_halfedge(edge);
         let t = mesh.twin(h)?;
-        if t / 3 == h / 3 {
+        if t.face() == h.face() {
             return None;
         }
         let sides = mesh.sides_from(h);

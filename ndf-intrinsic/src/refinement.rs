@@ -4,8 +4,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
+use ndf_mesh::{Edge, Face, FacePoint, Halfedge, Vertex};
 
 use crate::delaunay::{EdgeQueue, flip_to_delaunay};
 use crate::intrinsic_mesh::IntrinsicMesh;
@@ -71,7 +71,7 @@ enum Verdict {
 }
 
 /// Faces by area, the largest first.
-type Queue = BinaryHeap<(u64, Reverse<u32>)>;
+type Queue = BinaryHeap<(u64, Reverse<Face>)>;
 
 struct Refinement<'t, 'm> {
     triangulation: &'t mut IntrinsicTriangulation<'m>,
@@ -109,7 +109,7 @@ impl Refinement<'_, '_> {
         self.triangulation.mesh()
     }
 
-    fn judge(&self, face: u32) -> Verdict {
+    fn judge(&self, face: Face) -> Verdict {
         let mesh = self.triangulation.mesh();
         let sides = mesh.sides(face);
         if triangle::circumradius(sides) > self.options.max_circumradius {
@@ -119,8 +119,8 @@ impl Refinement<'_, '_> {
         let mut verdict = Verdict::Good;
         for c in 0..3 {
             if triangle::angle(sides, c) < bound {
-                let v = mesh.tail(3 * face + c as u32);
-                if !self.needles.get(v as usize).copied().unwrap_or(false) {
+                let v = mesh.tail(face.halfedge(c));
+                if !self.needles.get(v.index()).copied().unwrap_or(false) {
                     return Verdict::Bad;
                 }
                 verdict = Verdict::Needle;
@@ -129,7 +129,7 @@ impl Refinement<'_, '_> {
         verdict
     }
 
-    fn push_if_bad(&mut self, face: u32) {
+    fn push_if_bad(&mut self, face: Face) {
         if self.judge(face) == Verdict::Bad {
             // Areas are not negative: their bits are in their order.
             self.queue.push((self.mesh().area(face).to_bits(), Reverse(face)));
@@ -137,9 +137,9 @@ impl Refinement<'_, '_> {
     }
 
     fn run(&mut self) {
-        (0..self.mesh().face_count() as u32).for_each(|f| self.push_if_bad(f));
+        self.mesh().faces().for_each(|f| self.push_if_bad(f));
         while let Some((area, Reverse(face))) = self.queue.pop() {
-            let gone = face as usize >= self.mesh().face_count();
+            let gone = face.index() >= self.mesh().face_count();
             if gone || self.mesh().area(face).to_bits() != area || self.judge(face) != Verdict::Bad {
                 continue;
             }
@@ -164,7 +164,7 @@ impl Refinement<'_, '_> {
 
     /// Splits a boundary edge that hides a circumcentre, and takes away inserted vertices that are nearer to
     /// its middle than its ends are (Chew 1993).
-    fn split_boundary(&mut self, edge: u32) {
+    fn split_boundary(&mut self, edge: Edge) {
         let radius = 0.5 * self.mesh().length(edge);
         let Ok(v) = self.triangulation.split_edge(edge, 0.5) else { return };
         self.report.boundary_splits += 1;
@@ -178,10 +178,10 @@ impl Refinement<'_, '_> {
                 inserted && w != middle && mesh.halfedge_length(h) < radius
             });
             let Some(near) = near.map(|h| mesh.tip(h)) else { break };
-            let last = mesh.vertex_count() as u32 - 1;
+            let last = Vertex::new(mesh.vertex_count() - 1);
             let neighbours = mesh.outgoing(near).map(|h| mesh.tip(h)).filter(|&w| w != near);
-            let renumbered = |w: u32| if w == last { near } else { w };
-            let mut around: Vec<u32> = neighbours.map(renumbered).collect();
+            let renumbered = |w: Vertex| if w == last { near } else { w };
+            let mut around: Vec<Vertex> = neighbours.map(renumbered).collect();
             around.sort_unstable();
             around.dedup();
             if self.triangulation.remove(near).is_err() {
@@ -194,19 +194,20 @@ impl Refinement<'_, '_> {
     }
 
     /// Flips around vertices until all is Delaunay again, and queues the faces that came about.
-    fn restore_delaunay(&mut self, vertices: &[u32]) {
+    fn restore_delaunay(&mut self, vertices: &[Vertex]) {
         let mut edges = std::mem::take(&mut self.edges);
         let mesh = self.mesh();
         for h in vertices.iter().flat_map(|&v| mesh.outgoing(v)) {
             edges.push(mesh.halfedge_edge(h));
-            edges.push(mesh.halfedge_edge(mesh.next(h)));
-            edges.push(mesh.halfedge_edge(mesh.previous(h)));
+            edges.push(mesh.halfedge_edge(h.next()));
+            edges.push(mesh.halfedge_edge(h.previous()));
         }
-        let mut changed: Vec<u32> = vertices.iter().flat_map(|&v| mesh.outgoing(v)).map(|h| h / 3).collect();
+        let mut changed: Vec<Face> =
+            vertices.iter().flat_map(|&v| mesh.outgoing(v)).map(Halfedge::face).collect();
         let flips = flip_to_delaunay(&mut self.triangulation.coordinates, &mut edges, |t, edge| {
             let h = t.mesh.edge_halfedge(edge);
-            changed.push(h / 3);
-            changed.extend(t.mesh.twin(h).map(|t| t / 3));
+            changed.push(h.face());
+            changed.extend(t.mesh.twin(h).map(Halfedge::face));
         });
         self.edges = edges;
         self.report.flips += flips.flips;
@@ -216,10 +217,10 @@ impl Refinement<'_, '_> {
     }
 
     /// Follows the straight line from a face's middle to its circumcentre.
-    fn walk_to_circumcenter(&self, face: u32) -> Option<Target> {
+    fn walk_to_circumcenter(&self, face: Face) -> Option<Target> {
         let mesh = self.mesh();
         let center = triangle::circumcenter(mesh.sides(face))?;
-        let frame = Frame::first(mesh, 3 * face);
+        let frame = Frame::first(mesh, face.halfedge(0));
         let target = from_barycentric(frame.corners, center);
         let start = from_barycentric(frame.corners, [1.0 / 3.0; 3]);
         match walk(mesh, frame, start, target) {
@@ -237,7 +238,7 @@ impl Refinement<'_, '_> {
             1 => {
                 let c = small.iter().position(|&s| s).expect("one is small");
                 let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-                let h = 3 * place.face + a as u32;
+                let h = place.face.halfedge(a);
                 let t = place.barycentric[b] / (place.barycentric[a] + place.barycentric[b]);
                 let edge = self.mesh().halfedge_edge(h);
                 let canonical = self.mesh().edge_halfedge(edge) == h;
@@ -249,7 +250,7 @@ impl Refinement<'_, '_> {
 
     fn conclude(mut self) -> RefinementReport {
         let mut smallest = f64::INFINITY;
-        for face in 0..self.mesh().face_count() as u32 {
+        for face in self.mesh().faces() {
             match self.judge(face) {
                 Verdict::Good => {}
                 Verdict::Needle => self.report.needle_faces += 1,
@@ -257,7 +258,7 @@ impl Refinement<'_, '_> {
             }
             let sides = self.mesh().sides(face);
             for c in 0..3 {
-                let v = self.mesh().tail(3 * face + c as u32) as usize;
+                let v = self.mesh().tail(face.halfedge(c)).index();
                 if !self.needles.get(v).copied().unwrap_or(false) {
                     smallest = smallest.min(triangle::angle(sides, c));
                 }
@@ -272,5 +273,5 @@ impl Refinement<'_, '_> {
 enum Target {
     Point(SurfacePoint),
     /// At this edge.
-    Boundary(u32),
+    Boundary(Edge),
 }

@@ -4,22 +4,23 @@ use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::normal_coordinates::COINCIDENT;
 use crate::planar::{Point, cross, from_barycentric, lerp, minus, third_corner};
+use ndf_mesh::{Face, Halfedge, Vertex};
 
 /// Where a curve goes from its entry into a face.
 enum Step {
     /// Into the face of this half-edge, by its crossing with this index from the tail.
-    Enter(u32, i32),
+    Enter(Halfedge, i32),
     /// To a vertex, which it leaves, seen from there, by this half-edge of the input.
-    End(u32),
+    End(Halfedge),
 }
 
 impl IntegerCoordinates<'_> {
     /// Follows the curve that enters the face of `halfedge` by crossing `index`, counted from the tail.
     #[inline]
-    fn step(&self, halfedge: u32, index: i32) -> Step {
+    fn step(&self, halfedge: Halfedge, index: i32) -> Step {
         let arcs = self.arcs_from(halfedge);
-        let (next, last) = (self.mesh.next(halfedge), self.mesh.previous(halfedge));
-        let twin = |h: u32| self.mesh.raw_twin(h);
+        let (next, last) = (halfedge.next(), halfedge.previous());
+        let twin = |h: Halfedge| self.mesh.raw_twin(h);
         if index < arcs.cutting[0] {
             Step::Enter(twin(last), index)
         } else if index >= arcs.crossings[0] - arcs.cutting[1] {
@@ -32,7 +33,7 @@ impl IntegerCoordinates<'_> {
 
     /// The input half-edge that crosses `halfedge` from its right to its left at crossing `index`, counted from
     /// the tail. Follows the curve both ways to its nearer end. O(crossings of the curve).
-    pub(crate) fn crossing_curve(&self, halfedge: u32, index: i32) -> u32 {
+    pub(crate) fn crossing_curve(&self, halfedge: Halfedge, index: i32) -> Halfedge {
         let n = self.halfedge_normal(halfedge);
         let mut forward = (halfedge, index);
         let twin = self.mesh.twin(halfedge).expect("no curve crosses the boundary");
@@ -54,7 +55,7 @@ impl IntegerCoordinates<'_> {
     ///
     /// # Panics
     /// If the half-edge does not exist.
-    pub fn trace(&self, halfedge: u32) -> Vec<u32> {
+    pub fn trace(&self, halfedge: Halfedge) -> Vec<Halfedge> {
         (0..self.halfedge_normal(halfedge)).map(|q| self.crossing_curve(halfedge, q)).collect()
     }
 
@@ -64,7 +65,7 @@ impl IntegerCoordinates<'_> {
     ///
     /// # Panics
     /// If `along` is on the boundary of the input.
-    pub fn trace_input(&self, along: u32) -> Vec<(u32, i32)> {
+    pub fn trace_input(&self, along: Halfedge) -> Vec<(Halfedge, i32)> {
         assert!(self.input.topology().twin(along).is_some(), "boundary edges are no curves");
         let v = self.input.topology().tail(along);
         let mut path = Vec::new();
@@ -75,7 +76,7 @@ impl IntegerCoordinates<'_> {
             let arcs = self.arcs_from(h);
             for m in 0..arcs.emanating[0] {
                 if self.curve(v, self.roundabout_within(h, m)) == along {
-                    let across = self.mesh.raw_twin(self.mesh.next(h));
+                    let across = self.mesh.raw_twin(h.next());
                     // Counted from the other end of the side.
                     let mut at = (across, arcs.crossings[1] - 1 - arcs.cutting[1] - m);
                     loop {
@@ -101,23 +102,23 @@ impl IntegerCoordinates<'_> {
 
     /// Barycentric coordinates in input face `face` of a vertex that lies in it or at its corner, the first for
     /// the tail of `from`, a half-edge of the face.
-    fn barycentric_from(&self, vertex: u32, from: u32) -> [f64; 3] {
-        let face = from / 3;
+    fn barycentric_from(&self, vertex: Vertex, from: Halfedge) -> [f64; 3] {
+        let face = from.face();
         let barycentric = match self.inserted_place(vertex) {
             Some(place) => {
                 debug_assert_eq!(place.face, face, "an edge begins in the face of its end");
                 place.barycentric
             }
-            None => self.input.faces()[face as usize].map(|v| f64::from(u8::from(v == vertex))),
+            None => self.input.topology().face_vertices(face).map(|v| f64::from(u8::from(v == vertex))),
         };
-        [0, 1, 2].map(|c| barycentric[(from as usize + c) % 3])
+        [0, 1, 2].map(|c| barycentric[(from.corner() + c) % 3])
     }
 
     /// The input face that contains `segment` of a half-edge (after so many crossings from its tail), or that is
     /// on its left where it runs along an input edge.
-    pub(crate) fn first_face(&self, halfedge: u32) -> u32 {
+    pub(crate) fn first_face(&self, halfedge: Halfedge) -> Face {
         if self.halfedge_normal(halfedge) == COINCIDENT {
-            return self.curve(self.mesh.tail(halfedge), self.roundabout(halfedge)) / 3;
+            return self.curve(self.mesh.tail(halfedge), self.roundabout(halfedge)).face();
         }
         let ends = [self.mesh.tail(halfedge), self.mesh.tip(halfedge)];
         match (self.inserted_place(ends[0]), self.inserted_place(ends[1])) {
@@ -128,19 +129,19 @@ impl IntegerCoordinates<'_> {
     }
 
     /// Lays out the input faces that a half-edge passes.
-    pub(crate) fn strip(&self, input: &IntrinsicMesh, halfedge: u32) -> Strip {
+    pub(crate) fn strip(&self, input: &IntrinsicMesh, halfedge: Halfedge) -> Strip {
         let mut strip = Strip::default();
         self.fill_strip(input, halfedge, &mut strip);
         strip
     }
 
     /// [`strip`](Self::strip) into memory that is there.
-    pub(crate) fn fill_strip(&self, input: &IntrinsicMesh, halfedge: u32, strip: &mut Strip) {
+    pub(crate) fn fill_strip(&self, input: &IntrinsicMesh, halfedge: Halfedge, strip: &mut Strip) {
         strip.frames.clear();
         let (tail, tip) = (self.mesh.tail(halfedge), self.mesh.tip(halfedge));
         let n = self.halfedge_normal(halfedge);
         if n <= 0 {
-            let from = 3 * self.first_face(halfedge);
+            let from = self.first_face(halfedge).halfedge(0);
             let from = if n == COINCIDENT { self.curve(tail, self.roundabout(halfedge)) } else { from };
             let frame = Frame::first(input, from);
             strip.tail = from_barycentric(frame.corners, self.barycentric_from(tail, from));
@@ -167,14 +168,14 @@ impl IntegerCoordinates<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     /// A half-edge of the face; in strips the one by which the edge leaves it.
-    pub(crate) halfedge: u32,
+    pub(crate) halfedge: Halfedge,
     /// The face's corners, from the tail of the half-edge.
     pub(crate) corners: [Point; 3],
 }
 
 impl Frame {
     /// The face of `halfedge` with the half-edge on the x axis.
-    pub(crate) fn first(mesh: &IntrinsicMesh, halfedge: u32) -> Self {
+    pub(crate) fn first(mesh: &IntrinsicMesh, halfedge: Halfedge) -> Self {
         let sides = mesh.sides_from(halfedge);
         let (a, b) = ([0.0, 0.0], [sides[0], 0.0]);
         Self { halfedge, corners: [a, b, third_corner(a, b, sides)] }
@@ -188,9 +189,9 @@ impl Frame {
     }
 
     /// The same face seen from another of its half-edges.
-    pub(crate) fn turned_to(&self, halfedge: u32) -> Self {
-        debug_assert_eq!(self.halfedge / 3, halfedge / 3);
-        let turn = (3 + halfedge as usize % 3 - self.halfedge as usize % 3) % 3;
+    pub(crate) fn turned_to(&self, halfedge: Halfedge) -> Self {
+        debug_assert_eq!(self.halfedge.face(), halfedge.face());
+        let turn = (3 + halfedge.corner() - self.halfedge.corner()) % 3;
         Self { halfedge, corners: [0, 1, 2].map(|c| self.corners[(c + turn) % 3]) }
     }
 }
@@ -210,7 +211,7 @@ pub(crate) struct Strip {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// The input half-edge, which crosses from right to left.
-    pub input_halfedge: u32,
+    pub input_halfedge: Halfedge,
     /// Where on the input half-edge, 0 at its tail, 1 at its tip.
     pub along_input: f64,
     /// Where on the intrinsic edge, 0 at its tail, 1 at its tip.

@@ -1,7 +1,7 @@
 //! Straight walks over an intrinsic mesh, and by them the way from the input to the intrinsic triangulation.
 
-use ndf_mesh::FacePoint;
 use ndf_mesh::SurfacePoint;
+use ndf_mesh::{Edge, FacePoint, Halfedge};
 
 use crate::intrinsic_mesh::IntrinsicMesh;
 use crate::intrinsic_triangulation::IntrinsicTriangulation;
@@ -19,7 +19,7 @@ pub(crate) enum WalkEnd {
     /// At its target.
     Inside(FacePoint),
     /// At this boundary edge; the point is the one of its face that is nearest to the target, nearly.
-    Boundary(u32, FacePoint),
+    Boundary(Edge, FacePoint),
     /// Nowhere: the walk is too long.
     Lost,
 }
@@ -31,8 +31,7 @@ pub(crate) fn walk(mesh: &IntrinsicMesh, frame: Frame, start: Point, target: Poi
         let Some(side) = exit_side(&frame, start, target) else {
             return WalkEnd::Inside(place_in_frame(&frame, target));
         };
-        let first = frame.halfedge - frame.halfedge % 3;
-        let h = first + (frame.halfedge % 3 + side) % 3;
+        let h = frame.halfedge.face().halfedge((frame.halfedge.corner() + side) % 3);
         if mesh.twin(h).is_none() {
             return WalkEnd::Boundary(mesh.halfedge_edge(h), place_in_frame(&frame, target));
         }
@@ -43,13 +42,12 @@ pub(crate) fn walk(mesh: &IntrinsicMesh, frame: Frame, start: Point, target: Poi
 
 /// The side, counted from the frame's half-edge, by which the segment from `start` to `target` leaves a face;
 /// `None` if it ends inside.
-fn exit_side(frame: &Frame, start: Point, target: Point) -> Option<u32> {
-    let side = (0..3).find(|&side| {
+fn exit_side(frame: &Frame, start: Point, target: Point) -> Option<usize> {
+    (0..3).find(|&side| {
         let (a, b) = (frame.corners[side], frame.corners[(side + 1) % 3]);
         let beyond = orientation(a, b, target) < 0.0;
         beyond && orientation(start, target, a) <= 0.0 && orientation(start, target, b) >= 0.0
-    });
-    side.map(|side| side as u32)
+    })
 }
 
 impl IntrinsicTriangulation<'_> {
@@ -64,7 +62,7 @@ impl IntrinsicTriangulation<'_> {
         }
         let FacePoint { face, barycentric } = point.in_some_face(self.input());
         let nearest = (0..3).max_by(|&a, &b| barycentric[a].total_cmp(&barycentric[b])).unwrap_or(0);
-        let along = 3 * face + nearest as u32;
+        let along = face.halfedge(nearest);
         let turned = [0, 1, 2].map(|c| barycentric[(nearest + c) % 3]);
         let local = from_barycentric(Frame::first(&self.base, along).corners, turned);
         let distance = local[0].hypot(local[1]);
@@ -78,7 +76,7 @@ impl IntrinsicTriangulation<'_> {
             if angle <= corner {
                 break;
             }
-            let Some(next) = mesh.twin(mesh.previous(h)) else {
+            let Some(next) = mesh.twin(h.previous()) else {
                 // Beyond the boundary by rounding.
                 angle = corner;
                 break;
@@ -95,7 +93,7 @@ impl IntrinsicTriangulation<'_> {
     }
 
     /// The half-edge at or clockwise before an input half-edge around its tail, and the angle between the two.
-    fn direction_of(&self, along: u32) -> (u32, f64) {
+    fn direction_of(&self, along: Halfedge) -> (Halfedge, f64) {
         let (mesh, coordinates) = (self.mesh(), &self.coordinates);
         let v = self.input().topology().tail(along);
         if self.input().topology().twin(along).is_none() {
@@ -110,7 +108,7 @@ impl IntrinsicTriangulation<'_> {
             return (coincident.expect("an edge without crossings is one of the triangulation"), 0.0);
         };
         let door = mesh.twin(entry).expect("curves cross inner edges");
-        let h = mesh.previous(door);
+        let h = door.previous();
         let mut frame = Frame::first(mesh, h);
         for (entry, _) in path {
             let door = mesh.twin(entry).expect("curves cross inner edges");

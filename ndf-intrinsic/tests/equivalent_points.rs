@@ -5,7 +5,7 @@ mod common;
 
 use common::{random_edits, random_meshes, random_point, rng};
 use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
-use ndf_mesh::{FacePoint, SurfacePoint};
+use ndf_mesh::{Face, FacePoint, SurfacePoint};
 use rand::RngExt;
 
 #[test]
@@ -17,7 +17,7 @@ fn walks_by_angle_and_integers_agree() {
             random_edits(&mut triangulation, 100, &mut rng);
             let size = mesh.bounds().diagonal();
             for _ in 0..50 {
-                let face = rng.random_range(0..mesh.face_count() as u32);
+                let face = Face(rng.random_range(0..mesh.face_count() as u32));
                 let w: [f64; 3] = [0, 1, 2].map(|_| rng.random_range(0.05..1.0));
                 let point =
                     SurfacePoint::Face(FacePoint { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) });
@@ -43,7 +43,7 @@ fn inserted_vertices_are_where_walks_find_them() {
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
         triangulation.refine_delaunay(&RefinementOptions { max_insertions: 200, ..Default::default() });
         let size = mesh.bounds().diagonal();
-        for v in mesh.vertex_count() as u32..triangulation.mesh().vertex_count() as u32 {
+        for v in triangulation.mesh().vertices().skip(mesh.vertex_count()) {
             let location = triangulation.location(v);
             let SurfacePoint::Face(FacePoint { face, barycentric }) = triangulation.to_intrinsic(location)
             else {

@@ -4,6 +4,7 @@ mod common;
 
 use common::{assert_lengths_agree, assert_sound, random_edits, random_meshes, rng};
 use ndf_intrinsic::IntrinsicTriangulation;
+use ndf_mesh::Edge;
 use rand::RngExt;
 
 #[test]
@@ -30,7 +31,7 @@ fn a_flip_undone_is_the_identity() {
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
         random_edits(&mut triangulation, 100, &mut rng);
         for _ in 0..200 {
-            let e = rng.random_range(0..triangulation.mesh().edge_count() as u32);
+            let e = Edge(rng.random_range(0..triangulation.mesh().edge_count() as u32));
             let ends = triangulation.mesh().edge_vertices(e);
             let (length, normal) =
                 (triangulation.mesh().length(e), triangulation.coordinates().normal_coordinate(e));

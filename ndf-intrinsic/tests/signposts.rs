@@ -6,7 +6,7 @@ mod common;
 use common::signposts::Signposts;
 use common::{random_meshes, rng};
 use ndf_intrinsic::IntrinsicTriangulation;
-use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{Edge, Halfedge, ManifoldMesh};
 use rand::RngExt;
 
 /// Whether the two say the same of every edge. Returns the number of crossings.
@@ -19,7 +19,7 @@ fn assert_agreement(
     let mesh = triangulation.mesh();
     let size = input.bounds().diagonal();
     let mut crossings = 0;
-    for e in 0..mesh.edge_count() as u32 {
+    for e in mesh.edges() {
         let h = mesh.edge_halfedge(e);
         assert_eq!(signposts.tail(h), mesh.tail(h));
         let error = (signposts.length(h) - mesh.length(e)).abs();
@@ -33,9 +33,9 @@ fn assert_agreement(
         {
             crossed.pop();
         }
-        let trace: Vec<u32> = triangulation.trace_edge(e).iter().map(|c| c.input_halfedge).collect();
+        let trace: Vec<Halfedge> = triangulation.trace_edge(e).iter().map(|c| c.input_halfedge).collect();
         assert_eq!(trace, crossed, "{name}: edge {e}");
-        let off = end.distance(input.positions()[tip as usize]);
+        let off = end.distance(input.positions()[tip.index()]);
         assert!(off < 1e-6 * size, "{name}: edge {e} ends {off} beside its tip");
         crossings += trace.len();
     }
@@ -52,7 +52,7 @@ fn signposts_and_integers_agree_after_random_flips() {
             let mut signposts = Signposts::new(&mesh);
             for _ in 0..3 {
                 for _ in 0..40 {
-                    let e = rng.random_range(0..triangulation.mesh().edge_count() as u32);
+                    let e = Edge(rng.random_range(0..triangulation.mesh().edge_count() as u32));
                     let h = triangulation.mesh().edge_halfedge(e);
                     if triangulation.flip(e).is_ok() {
                         signposts.flip(h);

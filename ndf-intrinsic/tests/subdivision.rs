@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use common::{random_edits, random_meshes, rng};
 use ndf_core::DVec3;
 use ndf_intrinsic::{CommonSubdivision, IntrinsicTriangulation, RefinementOptions};
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint};
+use ndf_mesh::{Face, FacePoint, ManifoldMesh, SurfacePoint};
 
 fn area(p: [DVec3; 3]) -> f64 {
     0.5 * (p[1] - p[0]).cross(p[2] - p[0]).length()
@@ -78,7 +78,9 @@ fn a_subdivision_is_a_snapshot() {
     let (_, mesh) = random_meshes(1).swap_remove(0);
     let mut triangulation = IntrinsicTriangulation::new(&mesh);
     let before = triangulation.common_subdivision();
-    triangulation.insert(SurfacePoint::Face(FacePoint { face: 0, barycentric: [0.2, 0.3, 0.5] })).unwrap();
+    triangulation
+        .insert(SurfacePoint::Face(FacePoint { face: Face(0), barycentric: [0.2, 0.3, 0.5] }))
+        .unwrap();
     let after = triangulation.common_subdivision();
     assert_eq!(before.points.len() + 1, after.points.len());
     assert_subdivides(&mesh, &before);

@@ -9,7 +9,7 @@ use ndf_intrinsic::{
     extract,
 };
 use ndf_mesh::shapes;
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{Edge, Face, FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 use ndf_model::DisplacementField;
 use ndf_model::FieldShape;
 use rand::RngExt;
@@ -138,7 +138,8 @@ fn self_edges_come_about_and_insertions_beside_them_are_exact() {
         let mut triangulation = IntrinsicTriangulation::new(&mesh);
         triangulation.flip_to_delaunay();
         let loops = |t: &IntrinsicTriangulation<'_>| {
-            (0..t.mesh().edge_count() as u32)
+            t.mesh()
+                .edges()
                 .filter(|&e| {
                     let [a, b] = t.mesh().edge_vertices(e);
                     a == b
@@ -147,16 +148,16 @@ fn self_edges_come_about_and_insertions_beside_them_are_exact() {
         };
         // Flips at random make loops where Delaunay ones do not.
         for _ in 0..30 {
-            let _ = triangulation.flip(rng.random_range(0..6));
+            let _ = triangulation.flip(Edge(rng.random_range(0..6)));
         }
         if loops(&triangulation) == 0 {
             continue;
         }
         met += 1;
-        for face in 0..4 {
+        for face in [0, 1, 2, 3].map(Face) {
             triangulation.insert_in_face(FacePoint { face, barycentric: [0.3, 0.3, 0.4] }).unwrap();
         }
-        for e in 0..6 {
+        for e in (0..6).map(Edge) {
             triangulation.split_edge(e, 0.4).unwrap();
         }
         assert_sound(&triangulation);
@@ -212,24 +213,23 @@ fn radii_are_bounded_where_asked() {
 fn what_cannot_be_done_is_an_error() {
     let mesh = manifold(shapes::grid(3, 3));
     let mut triangulation = IntrinsicTriangulation::new(&mesh);
-    assert_eq!(triangulation.remove(3), Err(RemoveError::OfInput(3)));
-    let boundary =
-        (0..mesh.topology().edge_count() as u32).find(|&e| triangulation.mesh().is_boundary_edge(e)).unwrap();
+    assert_eq!(triangulation.remove(Vertex(3)), Err(RemoveError::OfInput(Vertex(3))));
+    let boundary = mesh.topology().edges().find(|&e| triangulation.mesh().is_boundary_edge(e)).unwrap();
     assert_eq!(triangulation.flip(boundary), Err(FlipError::NotTwoFaces(boundary)));
-    assert_eq!(triangulation.insert(SurfacePoint::Vertex(1)), Err(InsertError::IsVertex(1)));
+    assert_eq!(triangulation.insert(SurfacePoint::Vertex(Vertex(1))), Err(InsertError::IsVertex(Vertex(1))));
     assert_eq!(
-        triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.5, 0.5, 0.0] }),
+        triangulation.insert_in_face(FacePoint { face: Face(0), barycentric: [0.5, 0.5, 0.0] }),
         Err(InsertError::NotInside)
     );
     assert_eq!(
-        triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.5, f64::NAN, 0.5] }),
+        triangulation.insert_in_face(FacePoint { face: Face(0), barycentric: [0.5, f64::NAN, 0.5] }),
         Err(InsertError::NotInside)
     );
-    assert_eq!(triangulation.split_edge(0, 1.0), Err(InsertError::NotInside));
+    assert_eq!(triangulation.split_edge(Edge(0), 1.0), Err(InsertError::NotInside));
     let before = triangulation.mesh().vertex_count();
-    let v = triangulation.insert_in_face(FacePoint { face: 0, barycentric: [0.2, 0.3, 0.5] }).unwrap();
+    let v = triangulation.insert_in_face(FacePoint { face: Face(0), barycentric: [0.2, 0.3, 0.5] }).unwrap();
     triangulation
-        .move_vertex(v, SurfacePoint::Face(FacePoint { face: 5, barycentric: [0.3, 0.3, 0.4] }))
+        .move_vertex(v, SurfacePoint::Face(FacePoint { face: Face(5), barycentric: [0.3, 0.3, 0.4] }))
         .unwrap();
     assert_sound(&triangulation);
     triangulation.remove(v).unwrap();

@@ -105,7 +105,7 @@ fn bench(name: &str, mesh: &TriangleMesh) {
     row("parry", build, cold, warm, ray);
 
     let shapes = || -> Vec<Shape> {
-        let corners = (0..mesh.face_count() as u32).map(|f| mesh.corner_positions(f).map(vector));
+        let corners = mesh.face_indices().map(|f| mesh.corner_positions(f).map(vector));
         corners.map(|[a, b, c]| Shape { triangle: Triangle::new(a, b, c), node: 0 }).collect()
     };
     let build = 1e3 * least_seconds(|| Bvh::build(&mut shapes()));

@@ -3,7 +3,8 @@
 //! [distances](metrics).
 //!
 //! [`Topology`] is the half-edge connectivity of them all, and of intrinsic triangulations: twins, fans, checks,
-//! edits. A [`FacePoint`] is a point of a face, a [`SurfacePoint`] one of a vertex, an edge or a face.
+//! edits. Its elements are a [`Vertex`], an [`Edge`], a [`Face`] and a [`Halfedge`]: [indices](index) that cannot be mixed
+//! up. A [`FacePoint`] is a point of a face, a [`SurfacePoint`] one of a vertex, an edge or a face.
 //!
 //! ```
 //! use ndf_core::{DVec3, Hint};
@@ -21,6 +22,7 @@
 mod face_point;
 pub mod halfedge;
 pub mod hierarchy;
+pub mod index;
 pub mod io;
 mod manifold;
 pub mod metrics;
@@ -35,6 +37,7 @@ mod validation;
 
 pub use face_point::FacePoint;
 pub use halfedge::{NO_HALFEDGE, Topology, TopologyError};
+pub use index::{Edge, Face, Halfedge, Vertex};
 pub use manifold::{ManifoldMesh, NotManifold};
 pub use surface_point::SurfacePoint;
 pub use triangle_mesh::{FaceIndexOutOfRange, TriangleMesh};

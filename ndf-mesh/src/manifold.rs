@@ -5,8 +5,8 @@ use std::ops::Deref;
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
-use crate::halfedge::{NO_HALFEDGE, Topology, next};
-use crate::{TriangleMesh, ValidationReport};
+use crate::halfedge::{NO_HALFEDGE, Topology};
+use crate::{Halfedge, TriangleMesh, ValidationReport, Vertex};
 
 /// An oriented manifold triangle mesh, possibly with boundary and several components.
 ///
@@ -41,7 +41,11 @@ impl TryFrom<TriangleMesh> for ManifoldMesh {
         }
         let topology = Topology::from_trusted_gluing(
             mesh.vertex_count(),
-            mesh.faces().as_flattened().par_iter().zip(twins_of(&mesh)).map(|(&tail, twin)| [tail, twin]),
+            mesh.faces()
+                .as_flattened()
+                .par_iter()
+                .zip(twins_of(&mesh))
+                .map(|(&tail, twin)| (Vertex(tail), twin)),
         );
         Ok(Self { mesh, topology })
     }
@@ -63,7 +67,7 @@ impl ManifoldMesh {
     /// # Errors
     /// With the report of every defect, if the mesh is not an oriented manifold. If it is one, but the twins are
     /// not its own, they are found as by [`try_from`](Self::try_from).
-    pub fn with_twins(mesh: TriangleMesh, twins: &[u32]) -> Result<Self, NotManifold> {
+    pub fn with_twins(mesh: TriangleMesh, twins: &[Halfedge]) -> Result<Self, NotManifold> {
         let is_finite = !mesh.faces().is_empty() && mesh.positions().par_iter().all(|p| p.is_finite());
         let topology =
             is_finite.then(|| Topology::glued(mesh.vertex_count(), mesh.faces().as_flattened(), twins));
@@ -97,11 +101,12 @@ impl ManifoldMesh {
 }
 
 /// The twins of a mesh known to be an oriented manifold.
-fn twins_of(mesh: &TriangleMesh) -> Vec<u32> {
+fn twins_of(mesh: &TriangleMesh) -> Vec<Halfedge> {
     let tails = mesh.faces().as_flattened();
-    let mut by_edge: Vec<(u32, u32, u32)> = (0..tails.len() as u32)
+    let mut by_edge: Vec<(u32, u32, Halfedge)> = (0..tails.len())
+        .map(Halfedge::new)
         .map(|h| {
-            let (a, b) = (tails[h as usize], tails[next(h) as usize]);
+            let (a, b) = (tails[h.index()], tails[h.next().index()]);
             (a.min(b), a.max(b), h)
         })
         .collect();
@@ -109,8 +114,8 @@ fn twins_of(mesh: &TriangleMesh) -> Vec<u32> {
     let mut twins = vec![NO_HALFEDGE; tails.len()];
     for pair in by_edge.windows(2) {
         if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            twins[pair[0].2 as usize] = pair[1].2;
-            twins[pair[1].2 as usize] = pair[0].2;
+            twins[pair[0].2.index()] = pair[1].2;
+            twins[pair[1].2.index()] = pair[0].2;
         }
     }
     twins
@@ -125,10 +130,10 @@ mod tests {
     fn known_twins_give_the_same_mesh() {
         for mesh in [shapes::icosphere(3), shapes::torus(24, 12, 1.0, 0.4), shapes::grid(5, 3)] {
             let searched = ManifoldMesh::try_from(mesh.clone()).unwrap();
-            let twins: Vec<u32> =
-                (0..3 * mesh.face_count() as u32).map(|h| searched.topology.raw_twin(h)).collect();
+            let topology = &searched.topology;
+            let twins: Vec<Halfedge> = topology.halfedges().map(|h| topology.raw_twin(h)).collect();
             let given = ManifoldMesh::with_twins(mesh.clone(), &twins).unwrap();
-            let nonsense = ManifoldMesh::with_twins(mesh, &vec![7; twins.len()]).unwrap();
+            let nonsense = ManifoldMesh::with_twins(mesh, &vec![Halfedge(7); twins.len()]).unwrap();
             for other in [given, nonsense] {
                 assert_eq!(other.topology, searched.topology);
             }
@@ -141,7 +146,7 @@ mod tests {
         let open = NO_HALFEDGE;
         // The two sides of one triangle; two fans that share a vertex; a vertex without a face.
         let pillow = TriangleMesh::new(p(3), vec![[0, 1, 2], [0, 2, 1]]).unwrap();
-        assert!(ManifoldMesh::with_twins(pillow, &[5, 4, 3, 2, 1, 0]).is_err());
+        assert!(ManifoldMesh::with_twins(pillow, &[5, 4, 3, 2, 1, 0].map(Halfedge)).is_err());
         let bow = TriangleMesh::new(p(5), vec![[0, 1, 2], [0, 3, 4]]).unwrap();
         assert!(ManifoldMesh::with_twins(bow, &[open; 6]).is_err());
         let lonely = TriangleMesh::new(p(4), vec![[0, 1, 2]]).unwrap();

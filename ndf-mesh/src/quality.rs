@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::ManifoldMesh;
+use crate::{Edge, Face, Halfedge, ManifoldMesh};
 use ndf_core::DVec3;
 
 /// Edges or faces a thread takes at a time.
@@ -60,11 +60,8 @@ impl Quality {
             .collect();
         // In order, so that the sum does not depend on the number of threads.
         let all = edges.into_iter().fold(EdgeFigures::NONE, EdgeFigures::and);
-        let mut cotangents: Vec<f64> = (0..mesh.face_count() as u32)
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|f| greatest_cotangent(mesh, f))
-            .collect();
+        let mut cotangents: Vec<f64> =
+            mesh.topology().par_faces().with_min_len(CHUNK).map(|f| greatest_cotangent(mesh, f)).collect();
         // Angles fall where cotangents rise.
         let mut quantile = |q: f64| {
             let rank = ((cotangents.len() - 1) as f64 * q).round() as usize;
@@ -103,9 +100,9 @@ impl EdgeFigures {
 
     fn of(mesh: &ManifoldMesh, edges: Range<usize>) -> Self {
         let mut figures = Self::NONE;
-        for e in edges {
-            let h = mesh.topology().edge_halfedge(e as u32);
-            let [a, b] = mesh.topology().edge_vertices(e as u32).map(|v| mesh.positions()[v as usize]);
+        for e in edges.map(Edge::new) {
+            let h = mesh.topology().edge_halfedge(e);
+            let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v.index()]);
             let length = a.distance(b);
             figures.shortest = figures.shortest.min(length);
             figures.longest = figures.longest.max(length);
@@ -133,7 +130,7 @@ impl EdgeFigures {
 }
 
 /// Cotangent of the smallest angle of a face, the one opposite to its shortest side; ∞ where that is 0.
-fn greatest_cotangent(mesh: &ManifoldMesh, face: u32) -> f64 {
+fn greatest_cotangent(mesh: &ManifoldMesh, face: Face) -> f64 {
     let [a, b, c] = mesh.corner_positions(face);
     let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
     cotangent(if ab <= bc && ab <= ca {
@@ -146,10 +143,10 @@ fn greatest_cotangent(mesh: &ManifoldMesh, face: u32) -> f64 {
 }
 
 /// The vectors to a half-edge's ends from the corner opposite to it in its face.
-fn opposite(mesh: &ManifoldMesh, halfedge: u32) -> (DVec3, DVec3) {
-    let at = |h: u32| mesh.positions()[mesh.topology().tail(h) as usize];
-    let apex = at(mesh.topology().previous(halfedge));
-    (at(halfedge) - apex, at(mesh.topology().next(halfedge)) - apex)
+fn opposite(mesh: &ManifoldMesh, halfedge: Halfedge) -> (DVec3, DVec3) {
+    let at = |h: Halfedge| mesh.positions()[mesh.topology().tail(h).index()];
+    let apex = at(halfedge.previous());
+    (at(halfedge) - apex, at(halfedge.next()) - apex)
 }
 
 /// Cotangent of the angle between two vectors; in a face without area −∞ opposite to its longest side and +∞

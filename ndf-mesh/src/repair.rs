@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::validation::DisjointSets;
 use super::{ManifoldMesh, NotManifold, TriangleMesh, ValidationReport};
+use crate::Face;
 
 /// Vertices closer than this many diagonals are taken as one where that closes a mesh.
 const NEAR: f64 = 1e-6;
@@ -256,7 +257,7 @@ pub fn oriented(mesh: &TriangleMesh) -> TriangleMesh {
         let is_turned = |f: u32| turned[f as usize] == Some(true);
         let center = mesh.positions()[mesh.faces()[start][0] as usize];
         let six_volumes = |&f: &u32| {
-            let [a, b, c] = mesh.corner_positions(f).map(|p| p - center);
+            let [a, b, c] = mesh.corner_positions(Face(f)).map(|p| p - center);
             a.dot(b.cross(c)) * if is_turned(f) { -1.0 } else { 1.0 }
         };
         let turn_all = if component.iter().any(|&f| is_open[f as usize]) {
@@ -330,8 +331,8 @@ pub fn largest_component(mesh: &TriangleMesh) -> (TriangleMesh, usize) {
     }
     let mut areas = vec![0.0; mesh.face_count()];
     let roots: Vec<usize> = (0..mesh.face_count()).map(|f| joined.root(f)).collect();
-    for (f, &root) in roots.iter().enumerate() {
-        areas[root] += mesh.face_area(f as u32);
+    for (f, &root) in mesh.face_indices().zip(&roots) {
+        areas[root] += mesh.face_area(f);
     }
     let components = roots.iter().enumerate().filter(|(f, r)| f == *r).count();
     let Some(largest) = (0..mesh.face_count()).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)))
@@ -377,7 +378,7 @@ mod tests {
 
     /// Every face with three vertices of its own, as in an STL file.
     fn soup(mesh: &TriangleMesh) -> TriangleMesh {
-        let positions = (0..mesh.face_count() as u32).flat_map(|f| mesh.corner_positions(f)).collect();
+        let positions = mesh.face_indices().flat_map(|f| mesh.corner_positions(f)).collect();
         let faces = (0..mesh.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         TriangleMesh::from_parts(positions, faces)
     }

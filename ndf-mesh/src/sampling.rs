@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use crate::{FacePoint, TriangleMesh};
+use crate::{Face, FacePoint, TriangleMesh};
 
 /// Draws points uniformly by area, stratified: the unit interval of cumulated area is cut into as many equal
 /// strata as points are drawn, one point in each. Uniform like independent draws, with less variance; and the
@@ -19,7 +19,8 @@ impl AreaSampler {
     /// A sampler of a mesh; `None` if the mesh has no area or one that is not finite.
     pub fn new(mesh: &TriangleMesh) -> Option<Self> {
         let mut total = 0.0;
-        let cumulated: Vec<f64> = (0..mesh.face_count() as u32)
+        let cumulated: Vec<f64> = mesh
+            .face_indices()
             .map(|f| {
                 total += mesh.face_area(f);
                 total
@@ -47,7 +48,7 @@ impl AreaSampler {
                 }
                 // Uniform in the triangle (Osada et al. 2002).
                 let (r, t) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
-                FacePoint { face: face as u32, barycentric: [1.0 - r, r * (1.0 - t), r * t] }
+                FacePoint { face: Face::new(face), barycentric: [1.0 - r, r * (1.0 - t), r * t] }
             })
             .collect()
     }
@@ -67,9 +68,9 @@ mod tests {
         let n = 20_000;
         let samples = sampler.sample(n, 1, 0);
         let mut counts = vec![0.0; mesh.face_count()];
-        samples.iter().for_each(|s| counts[s.face as usize] += 1.0);
+        samples.iter().for_each(|s| counts[s.face.index()] += 1.0);
         for (f, count) in counts.iter().enumerate() {
-            let expected = mesh.face_area(f as u32) / mesh.area() * n as f64;
+            let expected = mesh.face_area(Face::new(f)) / mesh.area() * n as f64;
             assert!((count - expected).abs() <= 2.0, "face {f}: {count} instead of {expected}");
         }
         let mean = samples.iter().map(|s| s.position(&mesh)).sum::<DVec3>() / n as f64;

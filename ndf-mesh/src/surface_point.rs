@@ -1,6 +1,6 @@
 //! A point on a triangle mesh, said by the smallest element that contains it.
 
-use crate::{FacePoint, ManifoldMesh};
+use crate::{Edge, FacePoint, Halfedge, ManifoldMesh, Vertex};
 use ndf_core::DVec3;
 
 /// A point on a mesh: a vertex, a point inside an edge, or a point inside a face.
@@ -10,12 +10,12 @@ use ndf_core::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SurfacePoint {
     /// The vertex with this index.
-    Vertex(u32),
+    Vertex(Vertex),
     /// The point `(1 − t) a + t b` of the edge whose [canonical half-edge](crate::Topology::edge_halfedge) runs
     /// from `a` to `b`.
     Edge {
         /// Edge index.
-        edge: u32,
+        edge: Edge,
         /// Parameter along the edge, in `[0, 1]`.
         t: f64,
     },
@@ -30,10 +30,10 @@ impl SurfacePoint {
     /// If the element does not exist in `mesh`.
     pub fn position(&self, mesh: &ManifoldMesh) -> DVec3 {
         match *self {
-            Self::Vertex(v) => mesh.positions()[v as usize],
+            Self::Vertex(v) => mesh.positions()[v.index()],
             Self::Edge { edge, t } => {
                 let [a, b] = mesh.topology().edge_vertices(edge);
-                mesh.positions()[a as usize].lerp(mesh.positions()[b as usize], t)
+                mesh.positions()[a.index()].lerp(mesh.positions()[b.index()], t)
             }
             Self::Face(point) => point.position(mesh),
         }
@@ -58,21 +58,22 @@ impl SurfacePoint {
     /// If the face does not exist in `mesh`.
     pub fn snapped(mesh: &ManifoldMesh, point: FacePoint, tolerance: f64) -> Self {
         let face = point.face;
+        let [ab, bc, ca] = face.halfedges();
         let clamped = point.barycentric.map(|b| if b <= tolerance { 0.0 } else { b });
         let sum: f64 = clamped.iter().sum();
         let b = clamped.map(|x| x / sum);
         match [b[0] > 0.0, b[1] > 0.0, b[2] > 0.0] {
-            [true, false, false] => Self::Vertex(mesh.faces()[face as usize][0]),
-            [false, true, false] => Self::Vertex(mesh.faces()[face as usize][1]),
-            [false, false, true] => Self::Vertex(mesh.faces()[face as usize][2]),
-            [true, true, false] => Self::on_halfedge(mesh, 3 * face, b[1]),
-            [false, true, true] => Self::on_halfedge(mesh, 3 * face + 1, b[2]),
-            [true, false, true] => Self::on_halfedge(mesh, 3 * face + 2, b[0]),
+            [true, false, false] => Self::Vertex(mesh.topology().tail(ab)),
+            [false, true, false] => Self::Vertex(mesh.topology().tail(bc)),
+            [false, false, true] => Self::Vertex(mesh.topology().tail(ca)),
+            [true, true, false] => Self::on_halfedge(mesh, ab, b[1]),
+            [false, true, true] => Self::on_halfedge(mesh, bc, b[2]),
+            [true, false, true] => Self::on_halfedge(mesh, ca, b[0]),
             _ => Self::Face(FacePoint { face, barycentric: b }),
         }
     }
 
-    fn on_halfedge(mesh: &ManifoldMesh, halfedge: u32, t: f64) -> Self {
+    fn on_halfedge(mesh: &ManifoldMesh, halfedge: Halfedge, t: f64) -> Self {
         let edge = mesh.topology().halfedge_edge(halfedge);
         let t = if mesh.topology().edge_halfedge(edge) == halfedge { t } else { 1.0 - t };
         Self::Edge { edge, t }
@@ -88,7 +89,7 @@ mod tests {
     #[test]
     fn every_form_of_a_point_has_the_same_position() {
         let mesh = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
-        for face in 0..mesh.face_count() as u32 {
+        for face in mesh.topology().faces() {
             for b in [[0.2, 0.3, 0.5], [0.0, 0.4, 0.6], [0.7, 0.0, 0.3], [0.1, 0.9, 0.0], [0.0, 0.0, 1.0]] {
                 let [p, q, r] = mesh.corner_positions(face);
                 let truth = p * b[0] + q * b[1] + r * b[2];

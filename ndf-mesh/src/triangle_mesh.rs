@@ -4,6 +4,8 @@ use ndf_core::DVec3;
 
 use ndf_core::BoundingBox;
 
+use crate::Face;
+
 /// Vertex positions and faces as read from a file or made by an algorithm. Indices are in range; nothing else
 /// is promised. Past [`ManifoldMesh::try_from`](crate::ManifoldMesh) everything is.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,19 +71,24 @@ impl TriangleMesh {
         self.faces.len()
     }
 
+    /// The indices of all faces, in order.
+    pub fn face_indices(&self) -> impl ExactSizeIterator<Item = Face> + Clone + use<> {
+        (0..self.face_count() as u32).map(Face)
+    }
+
     /// Positions of the corners of a face.
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn corner_positions(&self, face: u32) -> [DVec3; 3] {
-        self.faces[face as usize].map(|v| self.positions[v as usize])
+    pub fn corner_positions(&self, face: Face) -> [DVec3; 3] {
+        self.faces[face.index()].map(|v| self.positions[v as usize])
     }
 
     /// `(b − a) × (c − a)`: twice the area, along the normal.
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn face_cross(&self, face: u32) -> DVec3 {
+    pub fn face_cross(&self, face: Face) -> DVec3 {
         let [a, b, c] = self.corner_positions(face);
         (b - a).cross(c - a)
     }
@@ -90,7 +97,7 @@ impl TriangleMesh {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn face_area(&self, face: u32) -> f64 {
+    pub fn face_area(&self, face: Face) -> f64 {
         0.5 * self.face_cross(face).length()
     }
 
@@ -98,24 +105,24 @@ impl TriangleMesh {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn face_normal(&self, face: u32) -> DVec3 {
+    pub fn face_normal(&self, face: Face) -> DVec3 {
         self.face_cross(face).normalize_or_zero()
     }
 
     /// Total area.
     pub fn area(&self) -> f64 {
-        (0..self.face_count() as u32).map(|f| self.face_area(f)).sum()
+        self.face_indices().map(|f| self.face_area(f)).sum()
     }
 
     /// Signed volume enclosed by the faces: positive when they are oriented outward. Only meaningful for closed
     /// meshes.
     pub fn signed_volume(&self) -> f64 {
         let center = self.bounds().center();
-        let six_volumes = |f: u32| {
+        let six_volumes = |f: Face| {
             let [a, b, c] = self.corner_positions(f).map(|p| p - center);
             a.dot(b.cross(c))
         };
-        (0..self.face_count() as u32).map(six_volumes).sum::<f64>() / 6.0
+        self.face_indices().map(six_volumes).sum::<f64>() / 6.0
     }
 
     /// Smallest box around all vertices.
@@ -126,8 +133,8 @@ impl TriangleMesh {
     /// Area-weighted unit vertex normals; zero where they cancel.
     pub fn vertex_normals(&self) -> Vec<DVec3> {
         let mut normals = vec![DVec3::ZERO; self.vertex_count()];
-        for (f, corners) in self.faces.iter().enumerate() {
-            let cross = self.face_cross(f as u32);
+        for (f, corners) in self.face_indices().zip(&self.faces) {
+            let cross = self.face_cross(f);
             for &v in corners {
                 normals[v as usize] += cross;
             }

@@ -178,14 +178,14 @@ impl ValidationReport {
     /// Counts faces and returns those that take part in the topology.
     fn examine_faces(&mut self, mesh: &TriangleMesh) -> Vec<u32> {
         let mut proper = Vec::with_capacity(mesh.face_count());
-        for (f, &[a, b, c]) in mesh.faces().iter().enumerate() {
-            let f = f as u32;
+        for (face, &[a, b, c]) in mesh.face_indices().zip(mesh.faces()) {
+            let f = face.0;
             if a == b || b == c || c == a {
                 self.repeated_corner_faces.note(f);
                 self.degenerate_faces.note(f);
             } else {
                 proper.push(f);
-                if mesh.face_cross(f).length_squared() == 0.0 {
+                if mesh.face_cross(face).length_squared() == 0.0 {
                     self.degenerate_faces.note(f);
                 }
             }

@@ -8,13 +8,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use ndf_core::{DVec3, Progress};
-use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::{Halfedge, ManifoldMesh};
 
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::{agree, cross, quality};
-use ndf_mesh::halfedge::{next, previous};
 
 /// How far to decimate and what to keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +81,7 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
 
 /// A collapse in the queue: bits of its cost (which order like the cost, as it is not negative), canonical
 /// half-edge, and the state of that edge it was computed for.
-type Entry = Reverse<(u64, u32, u32)>;
+type Entry = Reverse<(u64, Halfedge, u32)>;
 
 struct Decimation<'a> {
     options: &'a DecimationOptions,
@@ -98,7 +97,7 @@ struct Decimation<'a> {
     /// Where the collapse in the queue puts the vertex.
     placements: Vec<DVec3>,
     /// Edges whose collapse was refused since the queue was last filled.
-    refused: Vec<u32>,
+    refused: Vec<Halfedge>,
     collapses: usize,
     largest_cost: f64,
 }
@@ -123,63 +122,63 @@ impl<'a> Decimation<'a> {
             largest_cost: 0.0,
         };
         this.gather_quadrics();
-        let edges = (0..halfedges as u32).filter(|&h| this.mesh.canonical(h) == h);
+        let edges = this.mesh.halfedges().filter(|&h| this.mesh.canonical(h) == h);
         let entries: Vec<Entry> = edges.collect::<Vec<_>>().into_iter().map(|h| this.entry(h)).collect();
         this.queue = BinaryHeap::from(entries);
         this
     }
 
     fn gather_quadrics(&mut self) {
-        for face in (0..self.mesh.halfedge_count() as u32).step_by(3) {
-            let corners = self.mesh.corners(face);
+        for face in self.mesh.faces() {
+            let corners = self.mesh.face_vertices(face);
             let positions = corners.map(|v| self.mesh.position(v));
             let cross = cross(positions);
             let (area, normal) = (0.5 * cross.length(), cross.normalize_or_zero());
             let quadric = Quadric::plane(positions[0], normal, area / 3.0);
             for v in corners {
-                self.quadrics[v as usize] += quadric;
-                self.areas[v as usize] += area / 3.0;
+                self.quadrics[v.index()] += quadric;
+                self.areas[v.index()] += area / 3.0;
             }
-            for h in (face..face + 3).filter(|&h| self.mesh.raw_twin(h) == NO_HALFEDGE) {
+            for h in face.halfedges().into_iter().filter(|&h| self.mesh.twin(h).is_none()) {
                 let ends = [self.mesh.tail(h), self.mesh.tip(h)];
                 let [p, q] = ends.map(|v| self.mesh.position(v));
                 let wall = (q - p).cross(normal).normalize_or_zero();
                 let weight = self.options.boundary_weight * p.distance_squared(q);
                 let quadric = Quadric::plane(p, wall, weight);
-                ends.iter().for_each(|&v| self.quadrics[v as usize] += quadric);
+                ends.iter().for_each(|&v| self.quadrics[v.index()] += quadric);
             }
         }
     }
 
     /// The best collapse of an edge, as it enters the queue.
-    fn entry(&mut self, h: u32) -> Entry {
+    fn entry(&mut self, h: Halfedge) -> Entry {
         let placement = self.placements_of(h)[0];
         self.entry_at(h, placement)
     }
 
-    fn entry_at(&mut self, h: u32, placement: DVec3) -> Entry {
-        self.placements[h as usize] = placement;
-        Reverse((self.cost(h, placement).to_bits(), h, self.states[h as usize]))
+    fn entry_at(&mut self, h: Halfedge, placement: DVec3) -> Entry {
+        self.placements[h.index()] = placement;
+        Reverse((self.cost(h, placement).to_bits(), h, self.states[h.index()]))
     }
 
-    fn cost(&self, h: u32, placement: DVec3) -> f64 {
+    fn cost(&self, h: Halfedge, placement: DVec3) -> f64 {
         let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
-        let quadric = self.quadrics[a as usize] + self.quadrics[b as usize];
-        let area = self.areas[a as usize] + self.areas[b as usize];
+        let quadric = self.quadrics[a.index()] + self.quadrics[b.index()];
+        let area = self.areas[a.index()] + self.areas[b.index()];
         let length_squared = self.mesh.position(a).distance_squared(self.mesh.position(b));
         quadric.at(placement) + LENGTH_COST * area * length_squared
     }
 
     /// Where the merged vertex may go, the best first. The boundary does not move inward: a collapse onto it
     /// ends where it is.
-    fn placements_of(&self, h: u32) -> [DVec3; 4] {
+    fn placements_of(&self, h: Halfedge) -> [DVec3; 4] {
         let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
         let (p, q) = (self.mesh.position(a), self.mesh.position(b));
         match (self.mesh.is_boundary_vertex(a), self.mesh.is_boundary_vertex(b)) {
             (true, false) => [p; 4],
             (false, true) => [q; 4],
             _ => {
-                let quadric = self.quadrics[a as usize] + self.quadrics[b as usize];
+                let quadric = self.quadrics[a.index()] + self.quadrics[b.index()];
                 let middle = p.midpoint(q);
                 let mut simple = [middle, p, q];
                 simple.sort_by(|&x, &y| quadric.at(x).total_cmp(&quadric.at(y)));
@@ -198,7 +197,7 @@ impl<'a> Decimation<'a> {
                 if self.refill() { continue } else { break }
             };
             let current =
-                !self.mesh.is_hole(h) && self.mesh.canonical(h) == h && self.states[h as usize] == state;
+                !self.mesh.is_hole(h) && self.mesh.canonical(h) == h && self.states[h.index()] == state;
             if !current {
                 continue;
             }
@@ -206,7 +205,7 @@ impl<'a> Decimation<'a> {
                 self.refused.push(h);
                 continue;
             }
-            let placement = self.placements[h as usize];
+            let placement = self.placements[h.index()];
             if !self.is_sound(h, placement) {
                 self.retry(h, placement);
                 continue;
@@ -224,11 +223,11 @@ impl<'a> Decimation<'a> {
     }
 
     /// Queues the edge once more with the best of its other placements that is sound.
-    fn retry(&mut self, h: u32, failed: DVec3) {
+    fn retry(&mut self, h: Halfedge, failed: DVec3) {
         let all = self.placements_of(h);
         let other = all.into_iter().find(|&x| x != failed && self.is_sound(h, x));
         if let Some(placement) = other {
-            self.states[h as usize] += 1;
+            self.states[h.index()] += 1;
             let entry = self.entry_at(h, placement);
             self.queue.push(entry);
         } else {
@@ -246,7 +245,7 @@ impl<'a> Decimation<'a> {
             let sound =
                 self.mesh.is_collapsible(h) && self.placements_of(h).into_iter().any(|x| self.is_sound(h, x));
             if sound {
-                self.states[h as usize] += 1;
+                self.states[h.index()] += 1;
                 let entry = self.entry(h);
                 self.queue.push(entry);
             } else {
@@ -258,13 +257,13 @@ impl<'a> Decimation<'a> {
 
     /// Whether the faces around an edge, but for those that go, keep their side and shape when both its ends
     /// move to `placement`.
-    fn is_sound(&self, h: u32, placement: DVec3) -> bool {
+    fn is_sound(&self, h: Halfedge, placement: DVec3) -> bool {
         let (mesh, ends) = (&self.mesh, [self.mesh.tail(h), self.mesh.tip(h)]);
-        let gone = [h / 3, if mesh.raw_twin(h) == NO_HALFEDGE { u32::MAX } else { mesh.raw_twin(h) / 3 }];
+        let gone = [h, mesh.raw_twin(h)].map(Halfedge::face);
         let (mut worst_before, mut worst_after) = (f64::INFINITY, f64::INFINITY);
         for v in ends {
-            for o in mesh.outgoing(v).filter(|o| !gone.contains(&(o / 3))) {
-                let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|v| mesh.position(v));
+            for o in mesh.outgoing(v).filter(|o| !gone.contains(&o.face())) {
+                let [x, y] = [mesh.tip(o), mesh.tail(o.previous())].map(|v| mesh.position(v));
                 let (before, after) = ([mesh.position(v), x, y], [placement, x, y]);
                 let (old, new) = (cross(before), cross(after));
                 // A face without area has no side to keep.
@@ -279,21 +278,21 @@ impl<'a> Decimation<'a> {
         worst_after > 1e-6 && (worst_after >= self.options.min_quality || worst_after >= worst_before)
     }
 
-    fn collapse(&mut self, h: u32, placement: DVec3) {
+    fn collapse(&mut self, h: Halfedge, placement: DVec3) {
         let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
         for side in [h, self.mesh.raw_twin(h)].into_iter().filter(|&s| s != NO_HALFEDGE) {
-            for gone in [side, next(side), previous(side)] {
-                self.states[gone as usize] += 1;
+            for gone in side.face().halfedges() {
+                self.states[gone.index()] += 1;
             }
         }
         self.mesh.collapse(h, placement);
         self.collapses += 1;
-        let merged = self.quadrics[b as usize];
-        self.quadrics[a as usize] += merged;
-        self.areas[a as usize] += self.areas[b as usize];
-        let edges: Vec<u32> = self.mesh.edges_at(a).map(|h| self.mesh.canonical(h)).collect();
+        let merged = self.quadrics[b.index()];
+        self.quadrics[a.index()] += merged;
+        self.areas[a.index()] += self.areas[b.index()];
+        let edges: Vec<Halfedge> = self.mesh.edges_at(a).map(|h| self.mesh.canonical(h)).collect();
         for h in edges {
-            self.states[h as usize] += 1;
+            self.states[h.index()] += 1;
             let entry = self.entry(h);
             self.queue.push(entry);
         }

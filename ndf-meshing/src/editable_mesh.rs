@@ -3,8 +3,8 @@
 use std::ops::Deref;
 
 use ndf_core::DVec3;
-use ndf_mesh::halfedge::{keep, next, previous};
-use ndf_mesh::{ManifoldMesh, Topology, TriangleMesh};
+use ndf_mesh::halfedge::keep;
+use ndf_mesh::{Halfedge, ManifoldMesh, Topology, TriangleMesh, Vertex};
 
 /// Positions, and a connectivity that stays simplicial if the conditions of the edits hold. Vertices and faces keep
 /// their numbers: those that are gone are [holes](Topology::is_hole). Dereferences to the connectivity.
@@ -33,13 +33,13 @@ impl EditableMesh {
     pub(crate) fn into_manifold(mut self) -> ManifoldMesh {
         let survivors = self.topology.compact();
         keep(&mut self.positions, &survivors.vertices);
-        let twins: Vec<u32> = (0..self.halfedge_count() as u32).map(|h| self.raw_twin(h)).collect();
+        let twins: Vec<Halfedge> = self.halfedges().map(|h| self.raw_twin(h)).collect();
         ManifoldMesh::with_twins(self.to_triangle_mesh(), &twins).expect("edits keep a manifold")
     }
 
     /// The mesh as it is; only where no face or vertex is gone.
     pub(crate) fn to_triangle_mesh(&self) -> TriangleMesh {
-        let faces = (0..self.topology.face_count() as u32).map(|f| self.face_vertices(f)).collect();
+        let faces = self.topology.faces().map(|f| self.face_vertices(f).map(u32::from)).collect();
         TriangleMesh::new(self.positions.clone(), faces).expect("no face is gone")
     }
 
@@ -48,41 +48,41 @@ impl EditableMesh {
         self.face_count
     }
 
-    pub(crate) fn position(&self, v: u32) -> DVec3 {
-        self.positions[v as usize]
+    pub(crate) fn position(&self, v: Vertex) -> DVec3 {
+        self.positions[v.index()]
     }
 
     /// Corners of the face of a half-edge, from its tail.
-    pub(crate) fn corners(&self, h: u32) -> [u32; 3] {
-        [h, next(h), previous(h)].map(|h| self.tail(h))
+    pub(crate) fn corners(&self, h: Halfedge) -> [Vertex; 3] {
+        [h, h.next(), h.previous()].map(|h| self.tail(h))
     }
 
     /// The half-edge that stands for both of its edge.
-    pub(crate) fn canonical(&self, h: u32) -> u32 {
+    pub(crate) fn canonical(&self, h: Halfedge) -> Halfedge {
         h.min(self.raw_twin(h))
     }
 
     /// Collapses the edge of `h` into its tail, which moves to `position`. The edge must be
     /// [collapsible](Topology::is_collapsible).
-    pub(crate) fn collapse(&mut self, h: u32, position: DVec3) {
+    pub(crate) fn collapse(&mut self, h: Halfedge, position: DVec3) {
         let tail = self.tail(h);
         self.face_count -= 1 + usize::from(self.twin(h).is_some());
         self.topology.collapse(h);
-        self.positions[tail as usize] = position;
+        self.positions[tail.index()] = position;
     }
 
     /// Splits the edge of `h`, from a to b, at a new vertex, which is returned. Afterwards `h` runs from a to it.
-    pub(crate) fn split(&mut self, h: u32, position: DVec3) -> u32 {
+    pub(crate) fn split(&mut self, h: Halfedge, position: DVec3) -> Vertex {
         self.face_count += 1 + usize::from(self.twin(h).is_some());
         self.topology.split_edge(h);
         self.positions.push(position);
-        (self.positions.len() - 1) as u32
+        Vertex::new(self.positions.len() - 1)
     }
 
     /// Replaces the edge of `h`, from a to b, by the edge from d to c between the opposite corners: c left of
     /// `h`, d right of it. The edge must be [flippable](Topology::is_flippable). Afterwards `h` runs from d to c.
-    pub(crate) fn flip(&mut self, h: u32) {
-        let faces = [h, self.raw_twin(h)].map(|h| h / 3);
+    pub(crate) fn flip(&mut self, h: Halfedge) {
+        let faces = [h, self.raw_twin(h)].map(Halfedge::face);
         self.topology.flip(h);
         faces.into_iter().for_each(|f| self.topology.rotate_face(f));
     }
@@ -101,7 +101,7 @@ mod tests {
             let manifold = ManifoldMesh::try_from(shape).unwrap();
             let mut mesh = EditableMesh::new(&manifold);
             loop {
-                let open = (0..mesh.halfedge_count() as u32).filter(|&h| !mesh.is_hole(h));
+                let open = mesh.halfedges().filter(|&h| !mesh.is_hole(h));
                 let Some(h) = open.into_iter().find(|&h| mesh.is_collapsible(h)) else { break };
                 mesh.collapse(h, mesh.position(mesh.tail(h)));
             }
@@ -128,7 +128,7 @@ mod tests {
             let manifold = ManifoldMesh::try_from(shape).unwrap();
             let mut mesh = EditableMesh::new(&manifold);
             for k in 0..300_u32 {
-                let h = k.wrapping_mul(2_654_435_761) % mesh.halfedge_count() as u32;
+                let h = Halfedge(k.wrapping_mul(2_654_435_761) % mesh.halfedge_count() as u32);
                 let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
                 let (tail, m) = (mesh.tail(h), mesh.split(h, middle));
                 assert_eq!((mesh.tail(h), mesh.tip(h)), (tail, m));
@@ -143,10 +143,10 @@ mod tests {
     #[test]
     fn a_flipped_half_edge_runs_between_the_opposite_corners() {
         let mut mesh = EditableMesh::new(&ManifoldMesh::try_from(shapes::grid(4, 4)).unwrap());
-        let flippable = |mesh: &EditableMesh, h: u32| mesh.canonical(h) == h && mesh.is_flippable(h);
-        for h in 0..mesh.halfedge_count() as u32 {
+        let flippable = |mesh: &EditableMesh, h: Halfedge| mesh.canonical(h) == h && mesh.is_flippable(h);
+        for h in mesh.halfedges() {
             if flippable(&mesh, h) {
-                let [c, d] = [h, mesh.raw_twin(h)].map(|h| mesh.tail(previous(h)));
+                let [c, d] = [h, mesh.raw_twin(h)].map(|h| mesh.tail(h.previous()));
                 mesh.flip(h);
                 assert_eq!([mesh.tail(h), mesh.tip(h)], [d, c]);
             }

@@ -9,14 +9,13 @@ use std::collections::BinaryHeap;
 
 use ndf_core::projected;
 use ndf_core::{DVec3, Progress, Query, Surface};
-use ndf_mesh::ManifoldMesh;
 use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::{Halfedge, ManifoldMesh, Vertex};
 
 use crate::editable_mesh::EditableMesh;
 use crate::original::OriginalMesh;
 use crate::remeshing::quality_around;
 use crate::triangle_shape::{agree, cross, quality};
-use ndf_mesh::halfedge::{next, previous};
 
 /// What length and how many rounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,11 +82,11 @@ pub fn remesh_isotropically(
     Ok(work.into_manifold())
 }
 
-fn length_squared(mesh: &EditableMesh, h: u32) -> f64 {
+fn length_squared(mesh: &EditableMesh, h: Halfedge) -> f64 {
     mesh.position(mesh.tail(h)).distance_squared(mesh.position(mesh.tip(h)))
 }
 
-fn is_edge(mesh: &EditableMesh, h: u32) -> bool {
+fn is_edge(mesh: &EditableMesh, h: Halfedge) -> bool {
     !mesh.is_hole(h) && mesh.canonical(h) == h
 }
 
@@ -95,12 +94,12 @@ fn is_edge(mesh: &EditableMesh, h: u32) -> bool {
 /// side of a face makes no new edge longer than it, so that this ends (Rivara 1984).
 fn split_long(mesh: &mut EditableMesh, most: f64) {
     // Not negative, so the bits order like the numbers.
-    let entry = |mesh: &EditableMesh, h: u32| {
+    let entry = |mesh: &EditableMesh, h: Halfedge| {
         let h = mesh.canonical(h);
         let square = length_squared(mesh, h);
         (square > most * most).then(|| (square.to_bits(), Reverse(h)))
     };
-    let edges = (0..mesh.halfedge_count() as u32).filter(|&h| is_edge(mesh, h));
+    let edges = mesh.halfedges().filter(|&h| is_edge(mesh, h));
     let mut queue: BinaryHeap<_> = edges.filter_map(|h| entry(mesh, h)).collect();
     while let Some((bits, Reverse(h))) = queue.pop() {
         // The half-edge may name half of the edge it was queued for, which has its own entry.
@@ -108,7 +107,7 @@ fn split_long(mesh: &mut EditableMesh, most: f64) {
             let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
             let vertex = mesh.split(h, middle);
             // The edges at the new vertex, and those opposite it, whose half-edges may have changed.
-            let sides = mesh.outgoing(vertex).map(next).chain(mesh.edges_at(vertex));
+            let sides = mesh.outgoing(vertex).map(Halfedge::next).chain(mesh.edges_at(vertex));
             queue.extend(sides.filter_map(|h| entry(mesh, h)));
         }
     }
@@ -116,7 +115,7 @@ fn split_long(mesh: &mut EditableMesh, most: f64) {
 
 /// Collapses interior edges shorter than `least` where that makes none longer than `most`.
 fn collapse_short(mesh: &mut EditableMesh, least: f64, most: f64) {
-    for h in 0..mesh.halfedge_count() as u32 {
+    for h in mesh.halfedges() {
         if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE || length_squared(mesh, h) >= least * least {
             continue;
         }
@@ -126,7 +125,7 @@ fn collapse_short(mesh: &mut EditableMesh, least: f64, most: f64) {
             (true, _) => mesh.position(a),
             (_, true) => mesh.position(b),
         };
-        let near = |v: u32| mesh.ring(v).all(|w| mesh.position(w).distance_squared(place) <= most * most);
+        let near = |v: Vertex| mesh.ring(v).all(|w| mesh.position(w).distance_squared(place) <= most * most);
         if near(a) && near(b) && mesh.is_collapsible(h) && collapse_is_sound(mesh, h, place) {
             mesh.collapse(h, place);
         }
@@ -134,11 +133,11 @@ fn collapse_short(mesh: &mut EditableMesh, least: f64, most: f64) {
 }
 
 /// Whether the faces around the edge that stay keep their side and shape.
-fn collapse_is_sound(mesh: &EditableMesh, h: u32, place: DVec3) -> bool {
-    let gone = [h / 3, mesh.raw_twin(h) / 3];
+fn collapse_is_sound(mesh: &EditableMesh, h: Halfedge, place: DVec3) -> bool {
+    let gone = [h, mesh.raw_twin(h)].map(Halfedge::face);
     [mesh.tail(h), mesh.tip(h)].into_iter().all(|v| {
-        mesh.outgoing(v).filter(|o| !gone.contains(&(o / 3))).all(|o| {
-            let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
+        mesh.outgoing(v).filter(|o| !gone.contains(&o.face())).all(|o| {
+            let [x, y] = [mesh.tip(o), mesh.tail(o.previous())].map(|w| mesh.position(w));
             let (old, new) = ([mesh.position(v), x, y], [place, x, y]);
             agree(cross(old), cross(new), TURN) && quality(new) >= quality(old).min(LEAST_QUALITY)
         })
@@ -147,21 +146,22 @@ fn collapse_is_sound(mesh: &EditableMesh, h: u32, place: DVec3) -> bool {
 
 /// Flips edges that bring the valences of their four vertices closer to six, or four on the boundary.
 fn flip_to_regular(mesh: &mut EditableMesh) {
-    let mut excess: Vec<i32> = (0..mesh.vertex_count() as u32)
+    let mut excess: Vec<i32> = mesh
+        .vertices()
         .map(|v| {
             let regular = |v| if mesh.is_boundary_vertex(v) { 4 } else { 6 };
             if mesh.is_vertex_hole(v) { 0 } else { mesh.ring(v).count() as i32 - regular(v) }
         })
         .collect();
-    for h in 0..mesh.halfedge_count() as u32 {
+    for h in mesh.halfedges() {
         if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE {
             continue;
         }
         let t = mesh.raw_twin(h);
-        let corners = [mesh.tail(h), mesh.tail(t), mesh.tail(previous(h)), mesh.tail(previous(t))];
+        let corners = [mesh.tail(h), mesh.tail(t), mesh.tail(h.previous()), mesh.tail(t.previous())];
         let changes = [-1, -1, 1, 1];
         let deviation = |share: i32| -> i32 {
-            corners.iter().zip(changes).map(|(&v, change)| (excess[v as usize] + share * change).pow(2)).sum()
+            corners.iter().zip(changes).map(|(&v, change)| (excess[v.index()] + share * change).pow(2)).sum()
         };
         if deviation(1) >= deviation(0) || !mesh.is_flippable(h) {
             continue;
@@ -172,7 +172,7 @@ fn flip_to_regular(mesh: &mut EditableMesh) {
         let stays = old.iter().all(|&o| new.iter().all(|&n| agree(cross(o), cross(n), TURN)));
         if stays && worst(new) >= worst(old).min(LEAST_QUALITY) {
             mesh.flip(h);
-            corners.iter().zip(changes).for_each(|(&v, change)| excess[v as usize] += change);
+            corners.iter().zip(changes).for_each(|(&v, change)| excess[v.index()] += change);
         }
     }
 }
@@ -180,16 +180,15 @@ fn flip_to_regular(mesh: &mut EditableMesh) {
 /// Moves every interior vertex to the mean of its ring within its tangent plane, weighted by area so that large
 /// faces shrink, then onto the surface; a move that would turn or spoil a face is left out.
 fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
-    let interior: Vec<u32> = (0..mesh.vertex_count() as u32)
-        .filter(|&v| !mesh.is_vertex_hole(v) && !mesh.is_boundary_vertex(v))
-        .collect();
+    let interior: Vec<Vertex> =
+        mesh.vertices().filter(|&v| !mesh.is_vertex_hole(v) && !mesh.is_boundary_vertex(v)).collect();
     let queries: Vec<Query> = interior
         .iter()
         .map(|&v| {
             let (mut normal, mut sum, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
             for o in mesh.outgoing(v) {
                 let [p, x, y] =
-                    [mesh.tail(o), mesh.tail(next(o)), mesh.tail(previous(o))].map(|w| mesh.position(w));
+                    [mesh.tail(o), mesh.tail(o.next()), mesh.tail(o.previous())].map(|w| mesh.position(w));
                 let cross = cross([p, x, y]);
                 let area = cross.length();
                 normal += cross;
@@ -206,7 +205,7 @@ fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
         let Ok(foot) = foot else { continue };
         let before = quality_around(mesh, v, mesh.position(v)).unwrap_or(0.0);
         if quality_around(mesh, v, foot.point).is_some_and(|after| after >= before.min(LEAST_QUALITY)) {
-            mesh.positions[v as usize] = foot.point;
+            mesh.positions[v.index()] = foot.point;
         }
     }
 }
@@ -241,9 +240,9 @@ mod tests {
             let report = ValidationReport::of(&after);
             assert_eq!(before.topology().euler_characteristic(), report.euler_characteristic);
             assert_eq!(report.degenerate_faces.count, 0);
-            let edges = 0..after.topology().edge_count() as u32;
+            let edges = after.topology().edges();
             let lengths = edges.map(|e| {
-                let [a, b] = after.topology().edge_vertices(e).map(|v| after.positions()[v as usize]);
+                let [a, b] = after.topology().edge_vertices(e).map(|v| after.positions()[v.index()]);
                 a.distance(b)
             });
             let mean = lengths.sum::<f64>() / after.topology().edge_count() as f64;

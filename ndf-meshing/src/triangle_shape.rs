@@ -28,7 +28,7 @@ pub fn smallest_angles(mesh: &ManifoldMesh) -> Vec<f64> {
         let between = |p: DVec3, q: DVec3| p.cross(q).length().atan2(p.dot(q));
         between(b - a, c - a).min(between(c - b, a - b)).min(between(a - c, b - c))
     };
-    let mut all: Vec<f64> = (0..mesh.face_count() as u32).map(|f| angle(mesh.corner_positions(f))).collect();
+    let mut all: Vec<f64> = mesh.face_indices().map(|f| angle(mesh.corner_positions(f))).collect();
     all.sort_unstable_by(f64::total_cmp);
     all
 }

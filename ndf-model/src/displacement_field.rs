@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape, Part, Passes};
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{Face, FacePoint};
 use ndf_network::{Mlp, MlpShape};
 
 /// The sizes of a field's parts.
@@ -178,7 +178,7 @@ impl DisplacementField {
     }
 
     /// The derivative of the starting point along edge k.
-    fn edge(&self, face: u32, k: usize) -> DVec3 {
+    fn edge(&self, face: Face, k: usize) -> DVec3 {
         if !self.residual {
             return DVec3::ZERO;
         }
@@ -221,16 +221,10 @@ mod tests {
     fn field_is_continuous_across_edges() {
         let field = random_field(NetworkShape { octaves: 2, ..NetworkShape::default() }.into());
         let base = field.base();
-        for e in 0..base.topology().edge_count() as u32 {
+        for e in base.topology().edges() {
             let h = base.topology().edge_halfedge(e);
             let twin = base.topology().twin(h).unwrap();
-            let at = |h: u32, t: f64| {
-                let mut barycentric = [0.0; 3];
-                barycentric[h as usize % 3] = 1.0 - t;
-                barycentric[(h as usize + 1) % 3] = t;
-                FacePoint { face: h / 3, barycentric }
-            };
-            let y = field.map(&[at(h, 0.3), at(twin, 0.7)]);
+            let y = field.map(&[FacePoint::on_halfedge(h, 0.3), FacePoint::on_halfedge(twin, 0.7)]);
             assert!((y[0] - y[1]).length() < 1e-5);
         }
     }

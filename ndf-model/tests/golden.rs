@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
+use ndf_mesh::{Face, FacePoint};
 use ndf_model::Model;
 
 fn golden(version: u32) -> Model {
@@ -23,7 +23,7 @@ fn points() -> Vec<(FacePoint, DVec3, f32)> {
         .map(|line| {
             let (face, numbers) = line.split_once(' ').unwrap();
             let n: Vec<f64> = numbers.split(' ').map(|word| word.parse().unwrap()).collect();
-            let point = FacePoint { face: face.parse().unwrap(), barycentric: [n[0], n[1], n[2]] };
+            let point = FacePoint { face: Face(face.parse().unwrap()), barycentric: [n[0], n[1], n[2]] };
             (point, DVec3::new(n[3], n[4], n[5]), n[6] as f32)
         })
         .collect()

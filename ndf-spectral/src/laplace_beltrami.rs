@@ -1,7 +1,7 @@
 //! The discrete Laplace–Beltrami operator `M⁻¹ L` of a surface.
 
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::TriangleMesh;
+use ndf_mesh::{TriangleMesh, Vertex};
 
 use crate::components::Components;
 use crate::csr::CsrMatrix;
@@ -65,12 +65,11 @@ impl LaplaceBeltrami {
     pub fn from_triangle_mesh(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
         let cover = TuftedCover::new(mesh)?;
         let surface = prepared(&cover.mesh, options.delaunay);
-        let original = |v: u32| cover.original[v as usize];
-        let faces = 0..surface.face_count() as u32;
+        let original = |v: Vertex| cover.original[v.index()];
         let triangles = MetricTriangles::new(
             mesh.vertex_count(),
-            faces.clone().map(|f| surface.face_vertices(f).map(original)).collect(),
-            faces.map(|f| surface.sides(f)).collect(),
+            surface.faces().map(|f| surface.face_vertices(f).map(original)).collect(),
+            surface.faces().map(|f| surface.sides(f)).collect(),
         );
         let half = |mut matrix: CsrMatrix| {
             matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);

@@ -37,11 +37,10 @@ impl MetricTriangles {
 impl From<&IntrinsicMesh> for MetricTriangles {
     /// The triangles of an intrinsic mesh. O(n).
     fn from(mesh: &IntrinsicMesh) -> Self {
-        let faces = 0..mesh.face_count() as u32;
         Self {
             vertex_count: mesh.vertex_count(),
-            faces: faces.clone().map(|f| mesh.face_vertices(f)).collect(),
-            sides: faces.map(|f| mesh.sides(f)).collect(),
+            faces: mesh.faces().map(|f| mesh.face_vertices(f).map(u32::from)).collect(),
+            sides: mesh.faces().map(|f| mesh.sides(f)).collect(),
         }
     }
 }

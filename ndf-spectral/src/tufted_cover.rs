@@ -3,7 +3,7 @@
 
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
-use ndf_mesh::{NO_HALFEDGE, Topology};
+use ndf_mesh::{Edge, Face, Halfedge, NO_HALFEDGE, Topology};
 
 use crate::error::SpectralError;
 
@@ -32,26 +32,25 @@ impl TuftedCover {
         let twins = glue(&faces);
         let mut corners = vec![u32::MAX; 3 * sides.len()];
         let mut original = Vec::new();
-        let next = |h: u32| if h % 3 == 2 { h - 2 } else { h + 1 };
-        for start in 0..corners.len() as u32 {
+        for start in (0..corners.len()).map(Halfedge::new) {
             let mut h = start;
-            while corners[h as usize] == u32::MAX {
-                corners[h as usize] = original.len() as u32;
+            while corners[h.index()] == u32::MAX {
+                corners[h.index()] = original.len() as u32;
                 // Clockwise: the half-edge after the twin leaves the same vertex.
-                h = next(twins[h as usize]);
+                h = twins[h.index()].next();
             }
-            if h == start && corners[h as usize] == original.len() as u32 {
-                original.push(sides[start as usize / 3][start as usize % 3]);
+            if h == start && corners[h.index()] == original.len() as u32 {
+                original.push(sides[start.face().index()][start.corner()]);
             }
         }
         let complex = Topology::from_gluing(original.len(), &corners, &twins)
             .expect("every side of a face has one twin, and vertices are the orbits around them");
-        let length = |e: u32| {
-            let [a, b] = complex.edge_vertices(e).map(|v| original[v as usize] as usize);
+        let length = |e: Edge| {
+            let [a, b] = complex.edge_vertices(e).map(|v| original[v.index()] as usize);
             let length = mesh.positions()[a].distance(mesh.positions()[b]);
             if length.is_finite() { Ok(length) } else { Err(SpectralError::NotFinite(a)) }
         };
-        let lengths = (0..complex.edge_count() as u32).map(length).collect::<Result<_, _>>()?;
+        let lengths = complex.edges().map(length).collect::<Result<_, _>>()?;
         let mesh = IntrinsicMesh::new(&complex, lengths, f64::INFINITY)
             .expect("every edge has a length, which is finite");
         Ok(Self { mesh, original })
@@ -59,30 +58,31 @@ impl TuftedCover {
 }
 
 /// Twins of the half-edges of fronts and backs.
-fn glue(faces: &[[u32; 3]]) -> Vec<u32> {
-    let count = 3 * faces.len() as u32;
-    // The half-edge of the back along half-edge 3 f + c of the front: the back's corners are 1, 0, 2 of the front's.
-    let back = |h: u32| count + h - h % 3 + [0, 2, 1][h as usize % 3];
-    let mut by_edge: Vec<(u32, u32, u32)> = (0..count)
+fn glue(faces: &[[u32; 3]]) -> Vec<Halfedge> {
+    let count = faces.len();
+    // The half-edge of the back along a half-edge of the front: the back's corners are 1, 0, 2 of the front's.
+    let back = |h: Halfedge| Face::new(count + h.face().index()).halfedge([0, 2, 1][h.corner()]);
+    let mut by_edge: Vec<(u32, u32, Halfedge)> = (0..3 * count)
+        .map(Halfedge::new)
         .map(|h| {
-            let face = faces[h as usize / 3];
-            let (a, b) = (face[h as usize % 3], face[(h as usize + 1) % 3]);
+            let face = faces[h.face().index()];
+            let (a, b) = (face[h.corner()], face[h.next().corner()]);
             (a.min(b), a.max(b), h)
         })
         .collect();
     by_edge.sort_unstable();
-    let mut twins = vec![NO_HALFEDGE; 2 * count as usize];
+    let mut twins = vec![NO_HALFEDGE; 6 * count];
     for around in by_edge.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         for (i, &(low, _, h)) in around.iter().enumerate() {
             // Of the two half-edges of a face, one runs from the lower vertex to the higher and one against it.
-            let half = |h: u32, upward: bool| {
-                let front_upward = faces[h as usize / 3][h as usize % 3] == low;
+            let half = |h: Halfedge, upward: bool| {
+                let front_upward = faces[h.face().index()][h.corner()] == low;
                 if front_upward == upward { h } else { back(h) }
             };
             let following = around[(i + 1) % around.len()].2;
             let (a, b) = (half(h, true), half(following, false));
-            twins[a as usize] = b;
-            twins[b as usize] = a;
+            twins[a.index()] = b;
+            twins[b.index()] = a;
         }
     }
     twins

@@ -11,7 +11,7 @@ use ndf_core::progress::{NoProgress, Progress};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::Topology;
-use ndf_mesh::{TriangleMesh, shapes};
+use ndf_mesh::{Halfedge, TriangleMesh, shapes};
 use ndf_spectral::{CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
 
 fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {
@@ -120,14 +120,15 @@ fn flat_torus(m: u32, n: u32, width: f64, height: f64) -> IntrinsicMesh {
             let below = face(i, j + n - 1) + 1;
             let right = face(i + 1, j) + 1;
             let own = face(i, j);
-            twins.extend([3 * below + 1, 3 * right + 2, 3 * (own + 1)]);
-            twins.extend([3 * own + 2, 3 * face(i, j + 1), 3 * face(i + m - 1, j) + 1]);
+            twins.extend([3 * below + 1, 3 * right + 2, 3 * (own + 1)].map(Halfedge));
+            twins.extend([3 * own + 2, 3 * face(i, j + 1), 3 * face(i + m - 1, j) + 1].map(Halfedge));
         }
     }
     let complex = Topology::from_gluing((m * n) as usize, &tails, &twins).unwrap();
     let (dx, dy) = (width / f64::from(m), height / f64::from(n));
-    let lengths = (0..complex.edge_count() as u32)
-        .map(|e| match complex.edge_halfedge(e) % 6 {
+    let lengths = complex
+        .edges()
+        .map(|e| match complex.edge_halfedge(e).0 % 6 {
             0 | 4 => dx,
             1 | 5 => dy,
             _ => dx.hypot(dy),

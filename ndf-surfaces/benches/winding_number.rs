@@ -9,10 +9,10 @@ use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
 use ndf_core::{Answer, DVec3, ImplicitField, Query, Surface};
-use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::read_mesh;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
+use ndf_mesh::{Face, TriangleMesh};
 use ndf_surfaces::{MeshSurface, WindingNumber};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -69,13 +69,13 @@ fn bench(name: &str, mesh: &TriangleMesh) {
 }
 
 fn direct(mesh: &TriangleMesh, p: DVec3) -> f64 {
-    let angle = |f: u32| {
+    let angle = |f: Face| {
         let [a, b, c] = mesh.corner_positions(f).map(|x| x - p);
         let (la, lb, lc) = (a.length(), b.length(), c.length());
         let den = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
         2.0 * a.dot(b.cross(c)).atan2(den)
     };
-    (0..mesh.face_count() as u32).map(angle).sum::<f64>() / (4.0 * PI)
+    mesh.face_indices().map(angle).sum::<f64>() / (4.0 * PI)
 }
 
 /// The shortest of three runs.

@@ -1,7 +1,7 @@
 //! A triangle mesh as a surface, and as a signed distance field.
 
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, Query, Surface};
-use ndf_mesh::{ClosestPoint, TriangleMesh, TriangleTree};
+use ndf_mesh::{ClosestPoint, Face, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
 use crate::pseudonormals::Pseudonormals;
@@ -98,10 +98,10 @@ impl MeshSurface {
     /// Whether at least half of some faces, evenly picked, have the inside behind and the outside before them.
     fn parts_sides(&self, mesh: &TriangleMesh) -> bool {
         let offset = 1e-6 * self.tree.bounds().diagonal();
-        let usable: Vec<u32> =
-            (0..mesh.face_count() as u32).filter(|&f| self.normals.of_face(f) != DVec3::ZERO).collect();
+        let usable: Vec<Face> =
+            mesh.face_indices().filter(|&f| self.normals.of_face(f) != DVec3::ZERO).collect();
         let picked = || usable.iter().step_by(usable.len().div_ceil(SIDE_SAMPLES).max(1));
-        let parts = |&&f: &&u32| {
+        let parts = |&&f: &&Face| {
             let [a, b, c] = mesh.corner_positions(f);
             let (center, n) = ((a + b + c) / 3.0, offset * self.normals.of_face(f));
             self.winding.at(center - n) > HALF && self.winding.at(center + n) < HALF
@@ -116,7 +116,7 @@ impl MeshSurface {
             && normal.dot(guide) < OPPOSED * guide.length()
         {
             let radius = closest.distance_squared.sqrt() + self.guide_reach;
-            let agrees = |face: u32| self.normals.of_face(face).dot(guide) >= 0.0;
+            let agrees = |face: Face| self.normals.of_face(face).dot(guide) >= 0.0;
             let fitting = self.tree.closest_point_within(query.point, radius * radius, query.hint, agrees);
             if let Some(fitting) = fitting {
                 let normal = self.normal(query.point, &fitting);

@@ -7,7 +7,7 @@
 
 use ndf_core::DVec3;
 use ndf_mesh::repair;
-use ndf_mesh::{FacePoint, TriangleMesh};
+use ndf_mesh::{Face, FacePoint, Halfedge, TriangleMesh};
 
 /// Barycentric coordinates up to this count as 0, so that rounding does not choose between an edge and the
 /// faces beside it.
@@ -29,7 +29,7 @@ pub struct Pseudonormals {
 impl Pseudonormals {
     /// Of a mesh with any connectivity; vertices at the same position count as one. O(n log n).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let faces: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect();
+        let faces: Vec<DVec3> = mesh.face_indices().map(|f| mesh.face_normal(f)).collect();
         // A face with a corner that is not finite, or without area, contributes nothing.
         let faces: Vec<DVec3> =
             faces.into_iter().map(|n| if n.is_finite() { n } else { DVec3::ZERO }).collect();
@@ -46,10 +46,10 @@ impl Pseudonormals {
             }
         }
         // Half-edges sorted by edge.
-        let mut halfedges: Vec<([u32; 2], u32)> = corners
+        let mut halfedges: Vec<([u32; 2], Halfedge)> = corners
             .iter()
-            .zip(0..)
-            .flat_map(|(c, f)| (0..3).map(move |k| ([c[k as usize], c[(k as usize + 1) % 3]], 3 * f + k)))
+            .zip(mesh.face_indices())
+            .flat_map(|(c, f)| f.halfedges().map(|h| ([c[h.corner()], c[h.next().corner()]], h)))
             .map(|([a, b], halfedge)| ([a.min(b), a.max(b)], halfedge))
             .collect();
         halfedges.sort_unstable();
@@ -60,7 +60,7 @@ impl Pseudonormals {
             let mut sum = DVec3::ZERO;
             let mut balance = 0;
             for &([a, b], halfedge) in edge {
-                let (f, k) = ((halfedge / 3) as usize, (halfedge % 3) as usize);
+                let (f, k) = (halfedge.face().index(), halfedge.corner());
                 sum += faces[f];
                 sides[f][k] = edges.len() as u32;
                 if a != b {
@@ -84,8 +84,8 @@ impl Pseudonormals {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn of_face(&self, face: u32) -> DVec3 {
-        self.faces[face as usize]
+    pub fn of_face(&self, face: Face) -> DVec3 {
+        self.faces[face.index()]
     }
 
     /// Unit pseudonormal of the smallest element on which a point of a face lies. Where the normals of an
@@ -94,7 +94,7 @@ impl Pseudonormals {
     /// # Panics
     /// If the face does not exist.
     pub fn at(&self, point: &FacePoint) -> DVec3 {
-        let f = point.face as usize;
+        let f = point.face.index();
         let normal = match point.barycentric.map(|b| b > ON_EDGE) {
             [true, false, false] => self.vertices[self.corners[f][0] as usize],
             [false, true, false] => self.vertices[self.corners[f][1] as usize],
@@ -118,12 +118,12 @@ mod tests {
         let cube = shapes::cube(1);
         let normals = Pseudonormals::new(&cube);
         assert!(normals.is_closed());
-        for f in 0..cube.face_count() as u32 {
+        for f in cube.face_indices() {
             let corners = cube.corner_positions(f);
             for k in 0..3 {
                 // Weights by angle do not depend on how the sides are cut into triangles.
-                let normal = normals.at(&FacePoint::at_corner(3 * f + k));
-                assert!(normal.distance(corners[k as usize].normalize()) < 1e-14);
+                let normal = normals.at(&FacePoint::at_corner(f.halfedge(k)));
+                assert!(normal.distance(corners[k].normalize()) < 1e-14);
             }
             assert!(
                 normals
@@ -137,13 +137,12 @@ mod tests {
     #[test]
     fn soups_are_welded_and_holes_seen() {
         let sphere = shapes::icosphere(1);
-        let corners: Vec<DVec3> =
-            (0..sphere.face_count() as u32).flat_map(|f| sphere.corner_positions(f)).collect();
+        let corners: Vec<DVec3> = sphere.face_indices().flat_map(|f| sphere.corner_positions(f)).collect();
         let faces = (0..sphere.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let soup = Pseudonormals::new(&TriangleMesh::new(corners, faces).unwrap());
         assert!(soup.is_closed());
         let whole = Pseudonormals::new(&sphere);
-        for f in 0..sphere.face_count() as u32 {
+        for f in sphere.face_indices() {
             for barycentric in [[1.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.4, 0.3, 0.3]] {
                 let point = FacePoint { face: f, barycentric };
                 assert!(soup.at(&point).distance(whole.at(&point)) < 1e-14);

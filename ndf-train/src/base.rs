@@ -64,7 +64,7 @@ impl Base {
         Self {
             faces: mesh.faces().to_vec(),
             positions: single(mesh.positions()),
-            frames: (0..mesh.face_count() as u32).map(|f| frame(mesh.corner_positions(f))).collect(),
+            frames: mesh.face_indices().map(|f| frame(mesh.corner_positions(f))).collect(),
             order,
         }
     }

@@ -2,8 +2,8 @@
 
 use ndf_core::project_all;
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface};
-use ndf_mesh::FacePoint;
 use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::{Face, FacePoint};
 use ndf_model::Similarity;
 
 use crate::engine::{CHUNKS, Chunks};
@@ -23,7 +23,7 @@ pub(crate) struct Batch {
 impl Batch {
     pub(crate) fn new(samples: usize) -> Self {
         Self {
-            places: vec![Place { face: 0, barycentric: [1.0, 0.0, 0.0] }; samples],
+            places: vec![Place { face: Face(0), barycentric: [1.0, 0.0, 0.0] }; samples],
             targets: vec![Target::NONE; samples],
             chunks: Chunks::default(),
             hints: vec![Hint::NONE; samples],

@@ -25,8 +25,8 @@
 //! ```
 
 use ndf_core::glam::Vec3;
-use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
+use ndf_mesh::{Face, ManifoldMesh};
 use ndf_model::file::BaseOrder;
 use ndf_model::intrinsic_network::{IntrinsicEncoding, single};
 use ndf_model::{DisplacementField, FieldShape, NetworkShape};
@@ -91,7 +91,7 @@ pub fn check(term: &dyn Term) {
         let target =
             Target { foot: vector(), normal: vector().normalize(), surface_normal: vector().normalize() };
         let barycentric = [0.5 + 0.25 * (place.x + place.y), 0.25 - 0.25 * place.x, 0.25 - 0.25 * place.y];
-        let face = ((0.5 + 0.5 * place.z) * 79.0) as u32;
+        let face = Face::new(((0.5 + 0.5 * place.z) * 79.0) as usize);
         let features = (0..FEATURES).map(|_| number()).collect();
         let place = Place { face, barycentric };
         let base = place.on_face().position(&mesh).as_vec3();

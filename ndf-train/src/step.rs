@@ -174,7 +174,7 @@ impl<'a> Samples<'a> {
                 }
                 last_face = Some(place.face);
                 let row = &chunk.theta.input()[s * stride..][..stride];
-                let direction = shared.base.frames[place.face as usize][k];
+                let direction = shared.base.frames[place.face.index()][k];
                 encoding.encode_tangent(place.face, direction, row, &mut tangent[..stride]);
             }
             forward_tangent(simd, packed, &chunk.theta, activations);
@@ -240,7 +240,7 @@ impl<'a> Samples<'a> {
             set_rows(gradients, &self.dtangents[k], self.places.len(), out_stride);
             backward_tangent(simd, network.packed, &chunk.theta, tangent, gradients, InputGradient::Wanted);
             corners.add(self.places, gradients.input(), stride, |place| {
-                shared.base.frames[place.face as usize][k]
+                shared.base.frames[place.face.index()][k]
             });
         }
         set_rows(gradients, &self.dy, self.places.len(), out_stride);

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p ndf --example fit -- scan.e57 distances.ply`
 
-use ndf::{DistanceOptions, EdgeLength, Fit, NoProgress, OpenOptions, Place, Triangulated};
+use ndf::{DistanceOptions, EdgeLength, Fit, NoProgress, OpenOptions, Place, Triangulated, Vertex};
 use ndf_mesh::io::write_mesh;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Edges of a hundredth of the box; distances are in the input's units.
     let mesh = Triangulated::from_model(&fitted.model, EdgeLength::Relative(0.03))?;
-    let distances = mesh.distances(&[Place::Vertex(0)], &DistanceOptions::default(), &NoProgress)?;
+    let distances = mesh.distances(&[Place::Vertex(Vertex(0))], &DistanceOptions::default(), &NoProgress)?;
     write_mesh(&output, mesh.mesh(), &[distances.scalars()])?;
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! does what the program `ndf` does, with the same defaults and the same bytes.
 //!
 //! ```no_run
-//! use ndf::{DistanceOptions, EdgeLength, Fit, ModelExt, NoProgress, OpenOptions, Place, Triangulated};
+//! use ndf::{DistanceOptions, EdgeLength, Fit, ModelExt, NoProgress, OpenOptions, Place, Triangulated, Vertex};
 //!
 //! // A mesh, a scan, a checkpoint or splats: the content decides.
 //! let scan = ndf::open("scan.e57", &OpenOptions::default())?;
@@ -11,7 +11,7 @@
 //!
 //! // Lengths are in the units of the scan.
 //! let mesh = Triangulated::from_model(&model, EdgeLength::World(0.5))?;
-//! let distances = mesh.distances(&[Place::Vertex(0)], &DistanceOptions::default(), &NoProgress)?;
+//! let distances = mesh.distances(&[Place::Vertex(Vertex(0))], &DistanceOptions::default(), &NoProgress)?;
 //! assert_eq!(distances.values[0], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -56,7 +56,7 @@ pub use triangulated::{
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_geodesic::Path;
-pub use ndf_mesh::{ManifoldMesh, TriangleMesh};
+pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 pub use ndf_model::Model;
 pub use ndf_train::{Checkpoint, FitReport, Settings};
 

@@ -6,7 +6,7 @@ use ndf_core::{DVec3, Progress};
 use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
 use ndf_intrinsic::{ExtractionError, IntrinsicMesh};
 use ndf_mesh::io::VertexScalars;
-use ndf_mesh::{ManifoldMesh, NotManifold, SurfacePoint, TriangleMesh, TriangleTree, repair};
+use ndf_mesh::{ManifoldMesh, NotManifold, SurfacePoint, TriangleMesh, TriangleTree, Vertex, repair};
 use ndf_model::Model;
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, SpectralError};
 
@@ -68,7 +68,7 @@ pub enum NoTriangulation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// A vertex.
-    Vertex(u32),
+    Vertex(Vertex),
     /// The surface's point closest to a position.
     Near(DVec3),
     /// A point of the mesh.
@@ -115,7 +115,7 @@ pub enum DistanceError {
     #[error("there is no vertex {vertex} among the {vertices}")]
     NoVertex {
         /// Its number.
-        vertex: u32,
+        vertex: Vertex,
         /// How many vertices there are.
         vertices: usize,
     },
@@ -262,7 +262,7 @@ impl Distances {
 fn found(mesh: &ManifoldMesh, tree: &TriangleTree, place: Place) -> Result<SurfacePoint, DistanceError> {
     let vertices = mesh.vertex_count();
     match place {
-        Place::Vertex(vertex) if vertex as usize >= vertices => {
+        Place::Vertex(vertex) if vertex.index() >= vertices => {
             Err(DistanceError::NoVertex { vertex, vertices })
         }
         Place::Vertex(vertex) => Ok(SurfacePoint::Vertex(vertex)),

@@ -5,7 +5,7 @@ use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_mesh::{Edge, ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_model::Similarity;
 use ndf_spectral::{ModeOptions, modes};
 use rayon::prelude::*;
@@ -99,7 +99,7 @@ impl Reference {
             let distance_at = |point: SurfacePoint| {
                 if is_fine {
                     let point = point.in_some_face(mesh);
-                    let corners = mesh.faces()[point.face as usize].map(|v| found.distances()[v as usize]);
+                    let corners = mesh.faces()[point.face.index()].map(|v| found.distances()[v as usize]);
                     return Ok(point.interpolate(corners));
                 }
                 found.distance_at(point).map_err(|e| e.to_string())
@@ -120,18 +120,13 @@ impl Reference {
 /// The same surface, every face parted into four.
 fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
     let vertices = mesh.vertex_count() as u32;
-    let middle = |e: u32| {
-        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v as usize]);
+    let middle = |e: Edge| {
+        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v.index()]);
         0.5 * (a + b)
     };
-    let positions = mesh
-        .positions()
-        .iter()
-        .copied()
-        .chain((0..mesh.topology().edge_count() as u32).map(middle))
-        .collect();
-    let faces = mesh.faces().iter().enumerate().flat_map(|(f, &[a, b, c])| {
-        let [ab, bc, ca] = [0, 1, 2].map(|k| vertices + mesh.topology().halfedge_edge(3 * f as u32 + k));
+    let positions = mesh.positions().iter().copied().chain(mesh.topology().edges().map(middle)).collect();
+    let faces = mesh.face_indices().zip(mesh.faces()).flat_map(|(f, &[a, b, c])| {
+        let [ab, bc, ca] = mesh.topology().face_edges(f).map(|e| vertices + e.0);
         [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
     });
     let mesh = TriangleMesh::new(positions, faces.collect()).map_err(|e| e.to_string())?;

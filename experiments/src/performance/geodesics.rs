@@ -9,7 +9,7 @@ use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, HeatSolver, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::write_mesh;
-use ndf_mesh::{ManifoldMesh, SurfacePoint};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, Vertex};
 use serde_json::{Value, json};
 
 use super::meshes::MeshName;
@@ -55,7 +55,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     let scratch = Scratch::new()?;
     write_rival_files(&manifold, &scratch)?;
     drop(manifold);
-    let source = [SurfacePoint::Vertex(0)];
+    let source = [SurfacePoint::Vertex(Vertex(0))];
     let exact = |options: &ExactOptions| {
         exact_distances(&mesh, &source, options, &NoProgress).map_err(|e| format!("{}: {e}", arguments.mesh))
     };

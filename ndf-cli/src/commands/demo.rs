@@ -10,9 +10,9 @@ use ndf::{
     DistanceOptions, EdgeLength, Fit, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place,
     TriangleMesh, Triangulated,
 };
-use ndf_mesh::TriangleTree;
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
+use ndf_mesh::{TriangleTree, Vertex};
 use ndf_spectral::ModeOptions;
 use serde_json::json;
 
@@ -115,9 +115,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 /// Exact distances from the vertex farthest to one side.
 fn geodesics(surface: &Triangulated) -> Result<VertexScalars, Failure> {
     let mesh = surface.mesh();
-    let side = |v: &u32| mesh.positions()[*v as usize].element_sum();
-    let source = (0..mesh.vertex_count() as u32).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
-    let found = surface.distances(&[Place::Vertex(source)], &DistanceOptions::default(), &NoProgress)?;
+    let side = |v: &usize| mesh.positions()[*v].element_sum();
+    let source = (0..mesh.vertex_count()).max_by(|a, b| side(a).total_cmp(&side(b))).unwrap_or(0);
+    let found =
+        surface.distances(&[Place::Vertex(Vertex::new(source))], &DistanceOptions::default(), &NoProgress)?;
     Ok(found.scalars())
 }
 

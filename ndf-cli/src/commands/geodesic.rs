@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let started = Instant::now();
     let vertices = mesh.vertex_count();
     let Sources { source, source_vertex } = &arguments.sources;
-    let mut sources: Vec<Place> = source_vertex.iter().copied().map(Place::Vertex).collect();
+    let mut sources: Vec<Place> = source_vertex.iter().map(|&v| Place::Vertex(v.into())).collect();
     sources.extend(source.iter().copied().map(Place::Near));
     let method = match arguments.method {
         Method::Exact => DistanceMethod::Exact,

@@ -21,7 +21,7 @@ pub use export::{exr_bytes, png_bytes};
 pub use legend::{strip_width, with_legend};
 
 use ndf_core::{DVec3, Progress};
-use ndf_mesh::{RayHit, TriangleMesh, TriangleTree};
+use ndf_mesh::{Face, RayHit, TriangleMesh, TriangleTree};
 use rayon::prelude::*;
 
 use lighting::Lighting;
@@ -65,9 +65,9 @@ impl<'a> Scene<'a> {
     }
 
     /// Values at the corners of a face.
-    fn corner_values(&self, face: u32) -> Option<[f64; 3]> {
+    fn corner_values(&self, face: Face) -> Option<[f64; 3]> {
         let (values, _) = self.scalar.as_ref()?;
-        Some(self.mesh.faces()[face as usize].map(|v| f64::from(values[v as usize])))
+        Some(self.mesh.faces()[face.index()].map(|v| f64::from(values[v as usize])))
     }
 }
 

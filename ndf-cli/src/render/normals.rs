@@ -1,7 +1,7 @@
 //! Normals that are smooth across soft edges and break at sharp ones.
 
 use ndf_core::DVec3;
-use ndf_mesh::{FacePoint, TriangleMesh};
+use ndf_mesh::{Face, FacePoint, TriangleMesh};
 
 /// Faces meeting at a larger angle than this are not smoothed into each other.
 const CREASE_DEGREES: f64 = 38.0;
@@ -20,13 +20,13 @@ impl CornerNormals {
             starts[v + 1] += starts[v];
         }
         let mut ends = starts.clone();
-        let mut around = vec![(0_u32, 0.0); 3 * mesh.face_count()];
-        let normals: Vec<DVec3> = (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect();
-        for (f, face) in mesh.faces().iter().enumerate() {
-            let p = mesh.corner_positions(f as u32);
+        let mut around = vec![(Face(0), 0.0); 3 * mesh.face_count()];
+        let normals: Vec<DVec3> = mesh.face_indices().map(|f| mesh.face_normal(f)).collect();
+        for (f, face) in mesh.face_indices().zip(mesh.faces()) {
+            let p = mesh.corner_positions(f);
             for (c, &v) in face.iter().enumerate() {
                 let angle = (p[(c + 1) % 3] - p[c]).angle_between(p[(c + 2) % 3] - p[c]);
-                around[ends[v as usize]] = (f as u32, if angle.is_finite() { angle } else { 0.0 });
+                around[ends[v as usize]] = (f, if angle.is_finite() { angle } else { 0.0 });
                 ends[v as usize] += 1;
             }
         }
@@ -34,8 +34,8 @@ impl CornerNormals {
         let corner = |f: usize, v: u32| {
             // A vertex thousands of faces share is the tip of a fan; its normals would cost their square.
             let faces = &around[starts[v as usize]..ends[v as usize]];
-            let near = faces.iter().take(256).filter(|(g, _)| normals[*g as usize].dot(normals[f]) >= least);
-            let sum: DVec3 = near.map(|&(g, angle)| normals[g as usize] * angle).sum();
+            let near = faces.iter().take(256).filter(|(g, _)| normals[g.index()].dot(normals[f]) >= least);
+            let sum: DVec3 = near.map(|&(g, angle)| normals[g.index()] * angle).sum();
             sum.try_normalize().unwrap_or(normals[f])
         };
         Self(mesh.faces().iter().enumerate().map(|(f, face)| face.map(|v| corner(f, v))).collect())
@@ -43,6 +43,6 @@ impl CornerNormals {
 
     /// The unit normal at a point of a face; zero where the face has none.
     pub(super) fn at(&self, point: &FacePoint) -> DVec3 {
-        point.interpolate(self.0[point.face as usize]).normalize_or_zero()
+        point.interpolate(self.0[point.face.index()]).normalize_or_zero()
     }
 }

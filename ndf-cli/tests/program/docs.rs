@@ -145,7 +145,8 @@ fn plain_base(file: &Path) -> Vec<u8> {
 fn check_evaluation(folder: &Path, file: &str) {
     let model = Model::read(&folder.join(file)).unwrap();
     let base = model.field.base();
-    let points: Vec<FacePoint> = (0..base.face_count() as u32)
+    let points: Vec<FacePoint> = base
+        .face_indices()
         .step_by(7)
         .map(|face| FacePoint { face, barycentric: [0.25, 0.125, 0.625] })
         .collect();

@@ -85,7 +85,7 @@ fn neighbours(splats: &[Splat]) -> TriangleTree {
 
 fn closest(tree: &TriangleTree, splat: &Splat) -> Option<usize> {
     let center = DVec3::from_array(splat.center.map(f64::from));
-    tree.closest_point(center, Hint::NONE).map(|found| found.at.face as usize)
+    tree.closest_point(center, Hint::NONE).map(|found| found.at.face.index())
 }
 
 fn covariances_agree(a: &Splat, b: &Splat) -> bool {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::{ChordMesh, Work};
 use crate::delaunay::{EdgeQueue, Flip, is_surely_delaunay, quad_edges};
 use crate::intrinsic_mesh::{DELAUNAY_TOLERANCE, IntrinsicMesh};
+use ndf_mesh::Edge;
 
 /// Chords change when edges are flipped: nothing proves an end, so there is one. Smooth surfaces take about one
 /// flip for each edge of a fresh refinement.
@@ -49,11 +50,11 @@ pub(super) fn flip_towards_delaunay<T: Flip>(
 
 /// The length of the other diagonal, if it is better than the edge.
 #[inline]
-fn improved_by_flip(mesh: &IntrinsicMesh, points: &[DVec3], limit: f64, edge: u32) -> Option<f64> {
+fn improved_by_flip(mesh: &IntrinsicMesh, points: &[DVec3], limit: f64, edge: Edge) -> Option<f64> {
     let h = mesh.edge_halfedge(edge);
     let t = mesh.twin(h)?;
-    let [i, j, k, l] = [h, t, mesh.previous(h), mesh.previous(t)].map(|h| mesh.tail(h));
-    let [pi, pj, pk, pl] = [i, j, k, l].map(|v| points[v as usize]);
+    let [i, j, k, l] = [h, t, h.previous(), t.previous()].map(|h| mesh.tail(h));
+    let [pi, pj, pk, pl] = [i, j, k, l].map(|v| points[v.index()]);
     let now = cotangent(pk, pi, pj) + cotangent(pl, pj, pi);
     if now >= -DELAUNAY_TOLERANCE {
         return None;
@@ -71,8 +72,8 @@ pub(super) fn flip_all(surface: &mut ChordMesh, work: &mut Work) {
     surface.measure();
     let ChordMesh { mesh, points, .. } = surface;
     // Most edges are left alone: those that are not are found over all threads.
-    let improvable: Vec<u32> = (0..mesh.edge_count() as u32)
-        .into_par_iter()
+    let improvable: Vec<Edge> = mesh
+        .par_edges()
         .with_min_len(4096)
         .filter(|&e| {
             !is_surely_delaunay(mesh, e) && improved_by_flip(mesh, points, f64::INFINITY, e).is_some()

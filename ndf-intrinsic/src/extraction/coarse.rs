@@ -1,6 +1,6 @@
 //! Rounds of splits over the base mesh, in integer coordinates.
 
-use ndf_mesh::FacePoint;
+use ndf_mesh::{Edge, FacePoint};
 use ndf_model::DisplacementField;
 
 use super::chords::flip_towards_delaunay;
@@ -27,11 +27,11 @@ impl Flip for OverBase<'_> {
     }
 
     /// The lengths are those of geodesics, not of chords.
-    fn is_settled(&self, _edge: u32) -> bool {
+    fn is_settled(&self, _edge: Edge) -> bool {
         false
     }
 
-    fn flip(&mut self, edge: u32, _chord: f64) -> bool {
+    fn flip(&mut self, edge: Edge, _chord: f64) -> bool {
         let convex = Quad::of(self.mesh(), edge).is_some_and(|quad| quad.is_convex(STRAIGHT));
         convex && self.0.flip(edge).is_ok()
     }
@@ -50,21 +50,21 @@ pub(super) fn refine<'f>(
 ) -> Result<Coarse<'f>, ExtractionError> {
     let base = field.base();
     let mut triangulation = OverBase(IntrinsicTriangulation::new(base));
-    let mut origins: Vec<FacePoint> = (0..base.vertex_count() as u32)
+    let mut origins: Vec<FacePoint> = base
+        .topology()
+        .vertices()
         .map(|v| FacePoint::at_corner(base.topology().vertex_halfedge(v)))
         .collect();
     let mut points = map(field, &origins)?;
-    let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: u32| {
+    let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: Edge| {
         let [a, b] = mesh.edge_vertices(e);
-        points[a as usize].distance(points[b as usize])
+        points[a.index()].distance(points[b.index()])
     };
-    let mean = (0..base.topology().edge_count() as u32)
-        .map(|e| chord(triangulation.mesh(), &points, e))
-        .sum::<f64>()
+    let mean = base.topology().edges().map(|e| chord(triangulation.mesh(), &points, e)).sum::<f64>()
         / base.topology().edge_count() as f64;
     let limit = limit * (mean / limit).log2().ceil().max(0.0).exp2();
 
-    let mut changed: Vec<u32> = (0..base.topology().edge_count() as u32).collect();
+    let mut changed: Vec<Edge> = base.topology().edges().collect();
     let mut rounds_left = usize::MAX;
     loop {
         let mut queue = EdgeQueue::default();
@@ -72,7 +72,8 @@ pub(super) fn refine<'f>(
         work.chord_flips += flip_towards_delaunay(&mut triangulation, &points, limit, &mut queue);
 
         let mesh = triangulation.mesh();
-        let mut long: Vec<(f64, u32)> = (0..mesh.edge_count() as u32)
+        let mut long: Vec<(f64, Edge)> = mesh
+            .edges()
             .map(|e| (chord(mesh, &points, e), e))
             .filter(|&(length, _)| length > limit)
             .collect();
@@ -91,10 +92,10 @@ pub(super) fn refine<'f>(
         long.sort_by_key(|&(length, _)| std::cmp::Reverse(octave(length)));
         changed.clear();
         for &(_, e) in &long {
-            let before = triangulation.mesh().edge_count() as u32;
+            let before = triangulation.mesh().edge_count();
             triangulation.0.split_edge(e, 0.5).expect("the middle is inside");
             changed.push(e);
-            changed.extend(before..triangulation.mesh().edge_count() as u32);
+            changed.extend(triangulation.mesh().edges().skip(before));
         }
         let new = &triangulation.0.coordinates.places[origins.len() - base.vertex_count()..];
         points.extend(map(field, new)?);
@@ -102,7 +103,7 @@ pub(super) fn refine<'f>(
         // The sides around the new edges may face other corners now.
         let mesh = triangulation.mesh();
         let inner = changed.iter().filter(|&&e| !mesh.is_boundary_edge(e));
-        let outer: Vec<u32> = inner.flat_map(|&e| quad_edges(mesh, e)).collect();
+        let outer: Vec<Edge> = inner.flat_map(|&e| quad_edges(mesh, e)).collect();
         changed.extend(outer);
         work.splits += long.len();
         work.rounds += 1;

@@ -7,6 +7,7 @@ use super::chords::flip_towards_delaunay;
 use super::{ChordMesh, LONG, Work};
 use crate::delaunay::EdgeQueue;
 use ndf_mesh::halfedge::keep;
+use ndf_mesh::{Edge, Halfedge};
 
 /// Edges shorter than this many h are collapsed. Splits make edges of 2/3 h and, where sides of a face differ, somewhat
 /// shorter ones; those just above half of h are left to relaxation.
@@ -42,17 +43,17 @@ fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work
     let mut kept_vertices = Vec::new();
     // Edges that have gone are infinitely long. Few of the short ones may be collapsed.
     let mesh = &surface.mesh;
-    let short: Vec<u32> = (0..mesh.edge_count() as u32)
-        .into_par_iter()
+    let short: Vec<Edge> = mesh
+        .par_edges()
         .with_min_len(4096)
         .filter(|&e| {
-            let is_active = || mesh.edge_vertices(e).into_iter().any(|v| active[v as usize]);
+            let is_active = || mesh.edge_vertices(e).into_iter().any(|v| active[v.index()]);
             mesh.length(e) < SHORT * h && is_active() && collapsible(surface, e, h).is_some()
         })
         .collect();
     for edge in short {
         if surface.mesh.length(edge) == f64::INFINITY
-            || surface.mesh.edge_vertices(edge).into_iter().any(|v| touched[v as usize])
+            || surface.mesh.edge_vertices(edge).into_iter().any(|v| touched[v.index()])
         {
             continue;
         }
@@ -61,21 +62,21 @@ fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work
         let ChordMesh { mesh, points, .. } = surface;
         let kept = mesh.tail(half);
         for e in mesh.topology.collapse(half).into_iter().flatten() {
-            mesh.lengths[e as usize] = f64::INFINITY;
+            mesh.lengths[e.index()] = f64::INFINITY;
         }
-        touched[kept as usize] = true;
+        touched[kept.index()] = true;
         kept_vertices.push(kept);
         for out in mesh.topology.outgoing(kept) {
             let (tip, e) = (mesh.topology.tip(out), mesh.topology.halfedge_edge(out));
-            mesh.lengths[e as usize] = points[kept as usize].distance(points[tip as usize]);
-            touched[tip as usize] = true;
+            mesh.lengths[e.index()] = points[kept.index()].distance(points[tip.index()]);
+            touched[tip.index()] = true;
         }
     }
     let mut queue = EdgeQueue::default();
     let mesh = &surface.mesh;
     for h in kept_vertices.iter().flat_map(|&v| mesh.outgoing(v)) {
         queue.push(mesh.halfedge_edge(h));
-        queue.push(mesh.halfedge_edge(mesh.next(h)));
+        queue.push(mesh.halfedge_edge(h.next()));
     }
     work.chord_flips += flip_towards_delaunay(&mut surface.mesh, &surface.points, f64::INFINITY, &mut queue);
     *active = touched;
@@ -91,23 +92,23 @@ fn close_holes(surface: &mut ChordMesh) {
 }
 
 /// The half-edge of an edge, i → j, that may be collapsed into i.
-fn collapsible(surface: &ChordMesh, edge: u32, h: f64) -> Option<u32> {
+fn collapsible(surface: &ChordMesh, edge: Edge, h: f64) -> Option<Halfedge> {
     let half = surface.mesh.edge_halfedge(edge);
     let twin = surface.mesh.twin(half)?;
     [half, twin].into_iter().find(|&half| may_collapse(surface, half, h))
 }
 
 /// Whether the edge of `half`, i → j, may be collapsed into i.
-fn may_collapse(surface: &ChordMesh, half: u32, h: f64) -> bool {
+fn may_collapse(surface: &ChordMesh, half: Halfedge, h: f64) -> bool {
     let (mesh, points) = (&surface.mesh, &surface.points);
     let (i, j) = (mesh.tail(half), mesh.tip(half));
-    let (source, target) = (points[j as usize], points[i as usize]);
+    let (source, target) = (points[j.index()], points[i.index()]);
     // Only the link condition looks further than the star of j.
     !mesh.is_boundary_vertex(j)
-        && mesh.outgoing(j).all(|out| points[mesh.tip(out) as usize].distance(target) <= LONG * h)
+        && mesh.outgoing(j).all(|out| points[mesh.tip(out).index()].distance(target) <= LONG * h)
         && mesh.outgoing(j).all(|out| {
-            let [a, b] = [mesh.tip(out), mesh.tail(mesh.previous(out))];
-            let (pa, pb) = (points[a as usize], points[b as usize]);
+            let [a, b] = [mesh.tip(out), mesh.tail(out.previous())];
+            let (pa, pb) = (points[a.index()], points[b.index()]);
             let normal = |p: DVec3| (pa - p).cross(pb - p).normalize_or_zero();
             a == i || b == i || normal(source).dot(normal(target)) >= LEAST_COSINE
         })

@@ -4,14 +4,15 @@ use ndf_core::{BoundingBox, DVec3};
 use rayon::prelude::*;
 
 use crate::intrinsic_mesh::IntrinsicMesh;
+use ndf_mesh::Face;
 
 /// Faces along a curve that fills space.
-pub(super) fn curve_order(mesh: &IntrinsicMesh, points: &[DVec3]) -> Vec<u32> {
+pub(super) fn curve_order(mesh: &IntrinsicMesh, points: &[DVec3]) -> Vec<Face> {
     let bounds = BoundingBox::of_points(points);
-    let mut order: Vec<(u64, u32)> = (0..mesh.face_count() as u32)
-        .into_par_iter()
+    let mut order: Vec<(u64, Face)> = mesh
+        .par_faces()
         .map(|f| {
-            let corners = mesh.face_vertices(f).map(|v| points[v as usize]);
+            let corners = mesh.face_vertices(f).map(|v| points[v.index()]);
             (morton((corners.iter().sum::<DVec3>() / 3.0 - bounds.min) / bounds.diagonal()), f)
         })
         .collect();

@@ -24,7 +24,7 @@ mod templates;
 pub mod tessellation;
 
 use ndf_core::{Cancelled, DVec3, Progress};
-use ndf_mesh::{FacePoint, ManifoldMesh, Topology, TriangleMesh};
+use ndf_mesh::{Edge, Face, FacePoint, Halfedge, ManifoldMesh, Topology, TriangleMesh};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -70,7 +70,7 @@ pub enum ExtractionError {
     TooManyFaces(usize),
     /// The network maps a point of the base to NaN or infinity.
     #[error("the field is not finite on base face {0}")]
-    NotFinite(u32),
+    NotFinite(Face),
     /// The observer asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -102,11 +102,11 @@ impl ChordMesh {
     fn measure(&mut self) {
         let Self { mesh, points, .. } = self;
         let IntrinsicMesh { topology, lengths } = mesh;
-        let chord = |(length, e): (&mut f64, u32)| {
+        let chord = |(length, e): (&mut f64, Edge)| {
             let [a, b] = topology.edge_vertices(e);
-            *length = points[a as usize].distance(points[b as usize]);
+            *length = points[a.index()].distance(points[b.index()]);
         };
-        lengths.par_iter_mut().zip(0..topology.edge_count() as u32).with_min_len(4096).for_each(chord);
+        lengths.par_iter_mut().zip(topology.par_edges()).with_min_len(4096).for_each(chord);
     }
 }
 
@@ -181,10 +181,8 @@ fn finish(field: &DisplacementField, h: f64, surface: ChordMesh, mut work: Work)
 
 /// The mesh of a simplicial complex and its vertices.
 fn embedded(topology: &Topology<u32>, points: Vec<DVec3>) -> ManifoldMesh {
-    let faces =
-        (0..topology.face_count() as u32).into_par_iter().map(|f| topology.face_vertices(f)).collect();
-    let twins: Vec<u32> =
-        (0..topology.halfedge_count() as u32).into_par_iter().map(|h| topology.raw_twin(h)).collect();
+    let faces = topology.par_faces().map(|f| topology.face_vertices(f).map(u32::from)).collect();
+    let twins: Vec<Halfedge> = topology.par_halfedges().map(|h| topology.raw_twin(h)).collect();
     let mesh = TriangleMesh::new(points, faces).expect("corners of a topology are its vertices");
     ManifoldMesh::with_twins(mesh, &twins).expect("an oriented simplicial surface is a manifold mesh")
 }

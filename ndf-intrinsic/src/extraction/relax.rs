@@ -1,8 +1,8 @@
 //! Tangential relaxation: vertices slide over the base mesh towards the centres of their stars.
 
 use ndf_core::DVec3;
-use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{FacePoint, Vertex};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -39,7 +39,7 @@ pub(super) fn relax(
             let first = chunk * CHUNK;
             let moves: Vec<(usize, FacePoint, DVec3)> = (0..moved.len())
                 .filter_map(|k| {
-                    let step = step_to_centre(mesh, points, (first + k) as u32)?;
+                    let step = step_to_centre(mesh, points, Vertex::new(first + k))?;
                     let far = step.length_squared() > (STILL * h) * (STILL * h);
                     far.then(|| (k, walk(field.base(), origins[k], step), points[first + k] + step))
                 })
@@ -62,18 +62,18 @@ pub(super) fn relax(
 }
 
 /// The tangential step of an inner vertex.
-fn step_to_centre(mesh: &IntrinsicMesh, points: &[DVec3], v: u32) -> Option<DVec3> {
+fn step_to_centre(mesh: &IntrinsicMesh, points: &[DVec3], v: Vertex) -> Option<DVec3> {
     if mesh.is_boundary_vertex(v) {
         return None;
     }
-    let here = points[v as usize];
+    let here = points[v.index()];
     let (mut normal, mut pull, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     let start = mesh.vertex_halfedge(v);
-    let mut a = points[mesh.tip(start) as usize] - here;
+    let mut a = points[mesh.tip(start).index()] - here;
     let mut h = start;
     loop {
-        let last = mesh.previous(h);
-        let b = points[mesh.tail(last) as usize] - here;
+        let last = h.previous();
+        let b = points[mesh.tail(last).index()] - here;
         let cross = a.cross(b);
         let weight = cross.length();
         normal += cross;
@@ -124,7 +124,7 @@ fn walk(base: &ManifoldMesh, from: FacePoint, step: DVec3) -> FacePoint {
         let mut hit = clamped([0, 1, 2].map(|i| at[i] + t * d[i]));
         hit[k] = 0.0;
         // The side opposite to corner k.
-        let h = 3 * face + (k as u32 + 1) % 3;
+        let h = face.halfedge((k + 1) % 3);
         let Some(twin) = base.topology().twin(h) else {
             return FacePoint { face, barycentric: clamped(hit) };
         };
@@ -136,13 +136,13 @@ fn walk(base: &ManifoldMesh, from: FacePoint, step: DVec3) -> FacePoint {
         let rest = (1.0 - t) * tangential;
         let straight = rest.dot(along);
         let inward = (rest - straight * along).length();
-        let apex = base.positions()[base.topology().tail(base.topology().previous(twin)) as usize];
+        let apex = base.positions()[base.topology().tail(twin.previous()).index()];
         let normal_in_next = (apex - p) - (apex - p).dot(along) * along;
         step = straight * along + inward * normal_in_next.normalize_or_zero();
         let mut next = [0.0; 3];
-        next[twin as usize % 3] = hit[(k + 2) % 3];
-        next[(twin as usize + 1) % 3] = hit[(k + 1) % 3];
-        (face, at) = (twin / 3, clamped(next));
+        next[twin.corner()] = hit[(k + 2) % 3];
+        next[twin.next().corner()] = hit[(k + 1) % 3];
+        (face, at) = (twin.face(), clamped(next));
     }
     FacePoint { face, barycentric: at }
 }

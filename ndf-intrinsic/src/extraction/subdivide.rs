@@ -6,7 +6,7 @@
 
 use ndf_core::DVec3;
 use ndf_mesh::halfedge::numbers;
-use ndf_mesh::{FacePoint, NO_HALFEDGE, Topology};
+use ndf_mesh::{Face, FacePoint, Halfedge, NO_HALFEDGE, Topology, Vertex};
 use ndf_model::DisplacementField;
 use rayon::prelude::*;
 
@@ -25,6 +25,9 @@ const EXTRA_ROUNDS: usize = 4;
 /// Places are exact for so many rounds.
 const MOST_ROUNDS: usize = 22;
 
+/// Stands for the missing twin of a half-edge of a piece on the boundary.
+const NO_TWIN: u32 = NO_HALFEDGE.0;
+
 /// A point of a coarse face: its second and third barycentric coordinate, multiples of a power of ½ and so exact.
 type Place = [f32; 2];
 
@@ -32,7 +35,7 @@ type Place = [f32; 2];
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
     corners: [u32; 3],
-    /// What its half-edges are glued to: half-edges `3 piece + corner` or [`NO_HALFEDGE`].
+    /// What its half-edges are glued to: half-edges `3 piece + corner` or [`NO_TWIN`].
     twins: [u32; 3],
     /// The coarse face, by its rank along the curve that orders them.
     coarse: u32,
@@ -92,7 +95,7 @@ pub(super) fn subdivide(
         }
         if layouts.is_empty() {
             // What the first round leaves whole has no long side and stays so.
-            let layout = |(piece, &f): (&Piece, &u32)| {
+            let layout = |(piece, &f): (&Piece, &Face)| {
                 (piece.halved != 0)
                     .then(|| FaceLayout::of(&triangulation.coordinates, &triangulation.base, f))
             };
@@ -131,19 +134,18 @@ struct Forest {
 }
 
 impl Forest {
-    fn of(mesh: &IntrinsicMesh, order: &[u32]) -> Self {
+    fn of(mesh: &IntrinsicMesh, order: &[Face]) -> Self {
         let ranks = numbers(order, order.len());
-        let twin = |h: u32| mesh.twin(h).map_or(NO_HALFEDGE, |t| 3 * ranks[t as usize / 3] + t % 3);
-        let piece = |(&f, coarse): (&u32, u32)| Piece {
-            corners: mesh.face_vertices(f),
-            twins: [0, 1, 2].map(|c| twin(3 * f + c)),
+        let rank = |h: Halfedge| 3 * ranks[h.face().index()] + h.corner() as u32;
+        let piece = |(&f, coarse): (&Face, u32)| Piece {
+            corners: mesh.face_vertices(f).map(u32::from),
+            twins: f.halfedges().map(|h| mesh.twin(h).map_or(NO_TWIN, rank)),
             coarse,
             places: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
             ..Piece::default()
         };
         let pieces: Vec<Piece> = order.iter().zip(0..).map(piece).collect();
-        let vertices = 0..mesh.vertex_count() as u32;
-        let vertex_faces = vertices.map(|v| ranks[mesh.vertex_halfedge(v) as usize / 3]).collect();
+        let vertex_faces = mesh.vertices().map(|v| ranks[mesh.vertex_halfedge(v).face().index()]).collect();
         let leaves = pieces.len();
         Self { levels: vec![pieces], starts: vec![0], leaves, vertex_faces, templates: Templates::new() }
     }
@@ -246,7 +248,7 @@ impl Forest {
                 let whole = (0..3).filter(move |side| piece.halved != 0 && piece.halved >> side & 1 == 0);
                 whole.filter_map(move |side| {
                     let across = piece.twins[side as usize];
-                    let is_leaf = across != NO_HALFEDGE && this.part_of(across, 0) == across;
+                    let is_leaf = across != NO_TWIN && this.part_of(across, 0) == across;
                     is_leaf.then(|| [across, this.part_of(3 * number + side, 0)])
                 })
             })
@@ -279,7 +281,7 @@ impl Forest {
         let twin = |c: usize| match template.gluing[3 * k as usize + c] {
             Gluing::Inside(h) => 3 * piece.first_child + u32::from(h),
             Gluing::Outside { side, part } => match piece.twins[side as usize] {
-                NO_HALFEDGE => NO_HALFEDGE,
+                NO_TWIN => NO_TWIN,
                 across => self.part_of(across, if piece.halved >> side & 1 != 0 { 1 - part } else { 0 }),
             },
         };
@@ -307,10 +309,11 @@ impl Forest {
                 (vertices, numbers)
             },
         );
-        let new_halfedge = |h: u32| if h == NO_HALFEDGE { h } else { 3 * new_face[h as usize / 3] + h % 3 };
+        let new_halfedge =
+            |h: u32| Halfedge(if h == NO_TWIN { h } else { 3 * new_face[h as usize / 3] + h % 3 });
         let gluing = leaves.par_iter().with_min_len(1024).flat_map_iter(|&number| {
             let piece = self.piece(number);
-            [0, 1, 2].map(|c| [new_vertex[piece.corners[c] as usize], new_halfedge(piece.twins[c])])
+            [0, 1, 2].map(|c| (Vertex(new_vertex[piece.corners[c] as usize]), new_halfedge(piece.twins[c])))
         });
         let (topology, (origins, points)) = rayon::join(
             || Topology::from_trusted_gluing(points.len(), gluing),

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use ndf_core::DVec3;
-use ndf_mesh::{FacePoint, ManifoldMesh, TriangleMesh};
+use ndf_mesh::{Face, FacePoint, ManifoldMesh, TriangleMesh, Vertex};
 use ndf_model::DisplacementField;
 
 use super::ExtractionError;
@@ -57,7 +57,7 @@ struct Triangles {
     positions: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
     /// The base face of every face.
-    base_faces: Vec<u32>,
+    base_faces: Vec<Face>,
     /// Barycentric coordinates of every face's corners in its base face.
     corners: Vec<[[f64; 3]; 3]>,
 }
@@ -67,13 +67,13 @@ const UNIT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 impl Triangles {
     fn of_base(field: &DisplacementField) -> Self {
         let base = field.base();
-        let origin = |v: u32| FacePoint::at_corner(base.topology().vertex_halfedge(v));
-        let origins: Vec<FacePoint> = (0..base.vertex_count() as u32).map(origin).collect();
+        let origin = |v: Vertex| FacePoint::at_corner(base.topology().vertex_halfedge(v));
+        let origins: Vec<FacePoint> = base.topology().vertices().map(origin).collect();
         Self {
             positions: field.map(&origins),
             origins,
             faces: base.faces().to_vec(),
-            base_faces: (0..base.face_count() as u32).collect(),
+            base_faces: base.face_indices().collect(),
             corners: vec![UNIT; base.face_count()],
         }
     }
@@ -221,8 +221,8 @@ mod tests {
                 );
                 let report = ValidationReport::of(&t.mesh);
                 assert_eq!(report.boundary_loops, ValidationReport::of(field.base()).boundary_loops);
-                for e in 0..t.mesh.topology().edge_count() as u32 {
-                    let [a, b] = t.mesh.topology().edge_vertices(e).map(|v| t.mesh.positions()[v as usize]);
+                for e in t.mesh.topology().edges() {
+                    let [a, b] = t.mesh.topology().edge_vertices(e).map(|v| t.mesh.positions()[v.index()]);
                     assert!(a.distance(b) <= h);
                 }
                 for (p, q) in t.mesh.positions().iter().zip(field.map(&t.origins)) {

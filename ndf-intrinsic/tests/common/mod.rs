@@ -10,7 +10,7 @@ use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicTriangulation;
 use ndf_intrinsic::normal_coordinates::Arcs;
 use ndf_mesh::shapes;
-use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh};
+use ndf_mesh::{Edge, Face, FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -98,10 +98,10 @@ pub(crate) fn tetrahedron() -> TriangleMesh {
 pub(crate) fn random_point(triangulation: &IntrinsicTriangulation<'_>, rng: &mut ChaCha8Rng) -> SurfacePoint {
     let mesh = triangulation.mesh();
     if rng.random_range(0..3) == 0 {
-        let edge = rng.random_range(0..mesh.edge_count() as u32);
+        let edge = Edge(rng.random_range(0..mesh.edge_count() as u32));
         return SurfacePoint::Edge { edge, t: rng.random_range(0.1..0.9) };
     }
-    let face = rng.random_range(0..mesh.face_count() as u32);
+    let face = Face(rng.random_range(0..mesh.face_count() as u32));
     let w: [f64; 3] = [0, 1, 2].map(|_| rng.random_range(0.1..1.0));
     SurfacePoint::Face(FacePoint { face, barycentric: w.map(|x| x / w.iter().sum::<f64>()) })
 }
@@ -119,12 +119,12 @@ pub(crate) fn random_edits(
                 triangulation.insert(point).unwrap();
             }
             2 => {
-                let v = rng.random_range(0..triangulation.mesh().vertex_count() as u32);
+                let v = Vertex(rng.random_range(0..triangulation.mesh().vertex_count() as u32));
                 // The input's vertices refuse; so may others.
                 let _ = triangulation.remove(v);
             }
             _ => {
-                let e = rng.random_range(0..triangulation.mesh().edge_count() as u32);
+                let e = Edge(rng.random_range(0..triangulation.mesh().edge_count() as u32));
                 let _ = triangulation.flip(e);
             }
         }
@@ -138,20 +138,20 @@ pub(crate) fn assert_sound(triangulation: &IntrinsicTriangulation<'_>) {
     mesh.check().unwrap();
     assert_eq!(mesh.euler_characteristic(), input.topology().euler_characteristic());
     assert!(mesh.lengths().iter().all(|l| l.is_finite() && *l >= 0.0));
-    for f in 0..mesh.face_count() as u32 {
+    for f in mesh.faces() {
         let normal = mesh.face_edges(f).map(|e| coordinates.normal_coordinate(e));
         assert!(Arcs::checked(normal).is_some(), "face {f}: {normal:?}");
     }
     // Crossings met along the intrinsic edges…
     let mut crossings = BTreeMap::new();
-    for e in 0..mesh.edge_count() as u32 {
+    for e in mesh.edges() {
         let trace = triangulation.trace_edge(e);
         assert_eq!(trace.len() as i32, coordinates.normal_coordinate(e).max(0));
         for pair in trace.windows(2) {
             assert!(pair[0].along <= pair[1].along + 1e-9);
             assert_eq!(
-                input.topology().twin(pair[0].input_halfedge).unwrap() / 3,
-                pair[1].input_halfedge / 3
+                input.topology().twin(pair[0].input_halfedge).unwrap().face(),
+                pair[1].input_halfedge.face()
             );
         }
         for crossing in trace {
@@ -159,7 +159,7 @@ pub(crate) fn assert_sound(triangulation: &IntrinsicTriangulation<'_>) {
         }
     }
     // … are those met along the input's edges.
-    for e in 0..input.topology().edge_count() as u32 {
+    for e in input.topology().edges() {
         if input.topology().twin(input.topology().edge_halfedge(e)).is_none() {
             continue;
         }
@@ -181,7 +181,7 @@ pub(crate) fn assert_sound(triangulation: &IntrinsicTriangulation<'_>) {
 pub(crate) fn assert_lengths_agree(triangulation: &IntrinsicTriangulation<'_>, tolerance: f64) {
     let mesh = triangulation.mesh();
     let unit = mesh.lengths().iter().copied().fold(0.0, f64::max);
-    for e in 0..mesh.edge_count() as u32 {
+    for e in mesh.edges() {
         let laid_out = triangulation.laid_out_length(e);
         let error = (laid_out - mesh.length(e)).abs();
         assert!(error <= tolerance * unit, "edge {e}: {laid_out} laid out, length {}", mesh.length(e));

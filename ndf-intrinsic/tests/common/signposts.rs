@@ -3,7 +3,7 @@
 //! where an edge runs over the input is found by walking from its tail by its angle and length, in space.
 
 use ndf_core::DVec3;
-use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{Halfedge, ManifoldMesh, Vertex};
 
 /// Directions at the vertices of an input mesh, and an intrinsic triangulation of it that follows flips.
 pub(crate) struct Signposts<'m> {
@@ -12,8 +12,8 @@ pub(crate) struct Signposts<'m> {
     sums: Vec<f64>,
     /// Direction of every input half-edge, counter-clockwise from the first of the fan, in true angle.
     input_directions: Vec<f64>,
-    tails: Vec<u32>,
-    twins: Vec<Option<u32>>,
+    tails: Vec<Vertex>,
+    twins: Vec<Option<Halfedge>>,
     lengths: Vec<f64>,
     directions: Vec<f64>,
 }
@@ -24,78 +24,74 @@ fn angle(a: f64, b: f64, opposite: f64) -> f64 {
 
 impl<'m> Signposts<'m> {
     pub(crate) fn new(input: &'m ManifoldMesh) -> Self {
-        let count = input.topology().halfedge_count() as u32;
-        let p = input.positions();
-        let lengths: Vec<f64> = (0..count)
-            .map(|h| p[input.topology().tail(h) as usize].distance(p[input.topology().tip(h) as usize]))
+        let (topology, p) = (input.topology(), input.positions());
+        let lengths: Vec<f64> = topology
+            .halfedges()
+            .map(|h| p[topology.tail(h).index()].distance(p[topology.tip(h).index()]))
             .collect();
-        let corner = |h: u32| {
-            let (next, last) = (input.topology().next(h), input.topology().previous(h));
-            angle(lengths[h as usize], lengths[last as usize], lengths[next as usize])
+        let corner = |h: Halfedge| {
+            let (next, last) = (h.next(), h.previous());
+            angle(lengths[h.index()], lengths[last.index()], lengths[next.index()])
         };
         let mut sums = vec![0.0; p.len()];
-        let mut directions = vec![0.0; count as usize];
-        for v in 0..p.len() as u32 {
-            for h in input.topology().outgoing(v) {
-                directions[h as usize] = sums[v as usize];
-                sums[v as usize] += corner(h);
+        let mut directions = vec![0.0; lengths.len()];
+        for v in topology.vertices() {
+            for h in topology.outgoing(v) {
+                directions[h.index()] = sums[v.index()];
+                sums[v.index()] += corner(h);
             }
         }
         Self {
             input,
             sums,
             input_directions: directions.clone(),
-            tails: (0..count).map(|h| input.topology().tail(h)).collect(),
-            twins: (0..count).map(|h| input.topology().twin(h)).collect(),
+            tails: topology.halfedges().map(|h| topology.tail(h)).collect(),
+            twins: topology.halfedges().map(|h| topology.twin(h)).collect(),
             lengths,
             directions,
         }
     }
 
-    fn next(h: u32) -> u32 {
-        h / 3 * 3 + (h + 1) % 3
+    fn corner(&self, h: Halfedge) -> f64 {
+        let (next, last) = (h.next(), h.previous());
+        angle(self.lengths[h.index()], self.lengths[last.index()], self.lengths[next.index()])
     }
 
-    fn corner(&self, h: u32) -> f64 {
-        let (next, last) = (Self::next(h), Self::next(Self::next(h)));
-        angle(self.lengths[h as usize], self.lengths[last as usize], self.lengths[next as usize])
+    pub(crate) fn tail(&self, h: Halfedge) -> Vertex {
+        self.tails[h.index()]
     }
 
-    pub(crate) fn tail(&self, h: u32) -> u32 {
-        self.tails[h as usize]
-    }
-
-    pub(crate) fn length(&self, h: u32) -> f64 {
-        self.lengths[h as usize]
+    pub(crate) fn length(&self, h: Halfedge) -> f64 {
+        self.lengths[h.index()]
     }
 
     /// Flips the edge of a half-edge, i → j between k on its left and l on its right; the caller knows that it can
     /// be. Slots are filled as the other structure fills them, so that half-edges have the same numbers.
-    pub(crate) fn flip(&mut self, h: u32) {
-        let t = self.twins[h as usize].expect("an inner edge");
-        let (hn, tn) = (Self::next(h), Self::next(t));
-        let (hp, tp) = (Self::next(hn), Self::next(tn));
-        let [jk, ki, il, lj] = [hn, hp, tn, tp].map(|h| self.lengths[h as usize]);
+    pub(crate) fn flip(&mut self, h: Halfedge) {
+        let t = self.twins[h.index()].expect("an inner edge");
+        let (hn, tn) = (h.next(), t.next());
+        let (hp, tp) = (hn.next(), tn.next());
+        let [jk, ki, il, lj] = [hn, hp, tn, tp].map(|h| self.lengths[h.index()]);
         let turn = self.corner(h) + self.corner(tn);
         let length = (ki * ki + il * il - 2.0 * ki * il * turn.cos()).max(0.0).sqrt();
         // The new edge leaves k counter-clockwise of k → i, and l of l → j.
         let from_k = self.turned(hp, angle(ki, length, il));
         let from_l = self.turned(tp, angle(lj, length, jk));
-        let (k, l) = (self.tails[hp as usize], self.tails[tp as usize]);
+        let (k, l) = (self.tails[hp.index()], self.tails[tp.index()]);
         self.relocate(hn, t);
         self.relocate(tn, h);
         for (slot, twin, tail, direction) in [(hn, tn, l, from_l), (tn, hn, k, from_k)] {
-            self.tails[slot as usize] = tail;
-            self.twins[slot as usize] = Some(twin);
-            self.lengths[slot as usize] = length;
-            self.directions[slot as usize] = direction;
+            self.tails[slot.index()] = tail;
+            self.twins[slot.index()] = Some(twin);
+            self.lengths[slot.index()] = length;
+            self.directions[slot.index()] = direction;
         }
     }
 
     /// The direction at an angle counter-clockwise of a half-edge.
-    fn turned(&self, h: u32, by: f64) -> f64 {
-        let v = self.tails[h as usize];
-        let (direction, sum) = (self.directions[h as usize] + by, self.sums[v as usize]);
+    fn turned(&self, h: Halfedge, by: f64) -> f64 {
+        let v = self.tails[h.index()];
+        let (direction, sum) = (self.directions[h.index()] + by, self.sums[v.index()]);
         if direction >= sum && !self.input.topology().is_boundary_vertex(v) {
             direction - sum
         } else {
@@ -103,51 +99,47 @@ impl<'m> Signposts<'m> {
         }
     }
 
-    fn relocate(&mut self, from: u32, to: u32) {
-        let (from, to) = (from as usize, to as usize);
-        self.tails[to] = self.tails[from];
-        self.lengths[to] = self.lengths[from];
-        self.directions[to] = self.directions[from];
-        self.twins[to] = self.twins[from];
-        if let Some(twin) = self.twins[to] {
-            self.twins[twin as usize] = Some(to as u32);
+    fn relocate(&mut self, from: Halfedge, to: Halfedge) {
+        let (source, target) = (from.index(), to.index());
+        self.tails[target] = self.tails[source];
+        self.lengths[target] = self.lengths[source];
+        self.directions[target] = self.directions[source];
+        self.twins[target] = self.twins[source];
+        if let Some(twin) = self.twins[target] {
+            self.twins[twin.index()] = Some(to);
         }
     }
 
     /// The input half-edges that a half-edge crosses, by a straight walk in its direction, and where it ends.
-    pub(crate) fn trace(&self, h: u32) -> (Vec<u32>, DVec3) {
-        let (input, v) = (self.input, self.tails[h as usize]);
-        let (direction, length) = (self.directions[h as usize], self.lengths[h as usize]);
+    pub(crate) fn trace(&self, h: Halfedge) -> (Vec<Halfedge>, DVec3) {
+        let (input, v) = (self.input, self.tails[h.index()]);
+        let (direction, length) = (self.directions[h.index()], self.lengths[h.index()]);
         // The corner of the fan it leaves by.
-        let fan: Vec<u32> = input.topology().outgoing(v).collect();
+        let fan: Vec<Halfedge> = input.topology().outgoing(v).collect();
         let start = *fan
             .iter()
             .rev()
-            .find(|&&out| self.input_directions[out as usize] <= direction + 1e-9)
+            .find(|&&out| self.input_directions[out.index()] <= direction + 1e-9)
             .unwrap_or(&fan[0]);
-        let turn = direction - self.input_directions[start as usize];
-        let p = |h: u32| input.positions()[input.topology().tail(h) as usize];
+        let turn = direction - self.input_directions[start.index()];
+        let p = |h: Halfedge| input.positions()[input.topology().tail(h).index()];
         // In the plane of the face: its first half-edge along x.
-        let along = (p(input.topology().next(start)) - p(start)).normalize();
-        let third = p(input.topology().previous(start)) - p(start);
+        let along = (p(start.next()) - p(start)).normalize();
+        let third = p(start.previous()) - p(start);
         let up = (third - third.dot(along) * along).normalize();
         let mut heading = turn.cos() * along + turn.sin() * up;
         let (mut at, mut left) = (p(start), length);
         let mut crossed = Vec::new();
-        let mut door = input.topology().next(start);
+        let mut door = start.next();
         loop {
             // The nearer of the doors ahead.
-            let candidates = if crossed.is_empty() {
-                vec![door]
-            } else {
-                vec![input.topology().next(door), input.topology().previous(door)]
-            };
+            let candidates = if crossed.is_empty() { vec![door] } else { vec![door.next(), door.previous()] };
             let hit = candidates
                 .into_iter()
                 .filter_map(|side| {
-                    let (a, b) = (p(side), p(input.topology().next(side)));
+                    let (a, b) = (p(side), p(side.next()));
                     let edge = b - a;
-                    let inward = p(input.topology().previous(side)) - a;
+                    let inward = p(side.previous()) - a;
                     let normal = (inward - inward.dot(edge) / edge.length_squared() * edge).normalize();
                     let rate = -heading.dot(normal);
                     (rate > 1e-14).then(|| ((at - a).dot(normal).max(0.0) / rate, side))
@@ -161,8 +153,8 @@ impl<'m> Signposts<'m> {
             left -= distance;
             let Some(twin) = input.topology().twin(side) else { return (crossed, at) };
             crossed.push(side);
-            let axis = (p(input.topology().next(twin)) - p(twin)).normalize();
-            let apex = p(input.topology().previous(twin)) - p(twin);
+            let axis = (p(twin.next()) - p(twin)).normalize();
+            let apex = p(twin.previous()) - p(twin);
             let into = (apex - apex.dot(axis) * axis).normalize();
             let straight = heading.dot(axis);
             heading = straight * axis + (1.0 - straight * straight).max(0.0).sqrt() * into;

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{NO_HALFEDGE, Record, Topology, next, previous};
+use super::{NO_EDGE, NO_HALFEDGE, Record, Topology};
+use crate::{Edge, Halfedge, Vertex};
 
 /// Elements a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -20,16 +21,16 @@ pub enum TopologyError {
     },
     /// A tail is not a vertex.
     #[error("half-edge {0} starts at a vertex that does not exist")]
-    Tail(u32),
+    Tail(Halfedge),
     /// A twin does not exist, is the half-edge itself, or has another twin.
     #[error("half-edge {0} is not paired with exactly one other half-edge")]
-    Twin(u32),
+    Twin(Halfedge),
     /// Twins do not run between the same vertices in opposite directions.
     #[error("half-edge {0} and its twin do not share both vertices in opposite order")]
-    Ends(u32),
+    Ends(Halfedge),
     /// A vertex has no face, or its faces form more than one fan.
     #[error("the faces around vertex {0} do not form one fan")]
-    Fan(u32),
+    Fan(Vertex),
 }
 
 impl<H: Copy + Default + Send + Sync> Topology<H> {
@@ -38,36 +39,44 @@ impl<H: Copy + Default + Send + Sync> Topology<H> {
     ///
     /// # Errors
     /// If the gluing is not an oriented surface with the vertices `0 … vertex_count`.
-    pub fn from_gluing(vertex_count: usize, tails: &[u32], twins: &[u32]) -> Result<Self, TopologyError> {
+    pub fn from_gluing(
+        vertex_count: usize,
+        tails: &[u32],
+        twins: &[Halfedge],
+    ) -> Result<Self, TopologyError> {
         let complex = Self::glued(vertex_count, tails, twins)?;
         complex.check_fans()?;
         Ok(complex)
     }
 
     /// As [`from_gluing`](Self::from_gluing), but for the fans.
-    pub(crate) fn glued(vertex_count: usize, tails: &[u32], twins: &[u32]) -> Result<Self, TopologyError> {
+    pub(crate) fn glued(
+        vertex_count: usize,
+        tails: &[u32],
+        twins: &[Halfedge],
+    ) -> Result<Self, TopologyError> {
         if tails.len() != twins.len() || !tails.len().is_multiple_of(3) {
             return Err(TopologyError::Counts { tails: tails.len(), twins: twins.len() });
         }
-        let tip = |h: u32| tails[next(h) as usize];
-        let check = |h: u32| {
-            let (tail, twin) = (tails[h as usize], twins[h as usize]);
+        let tip = |h: Halfedge| tails[h.next().index()];
+        let check = |h: Halfedge| {
+            let (tail, twin) = (tails[h.index()], twins[h.index()]);
             if tail as usize >= vertex_count {
                 return Err(TopologyError::Tail(h));
             }
             if twin == NO_HALFEDGE {
                 return Ok(());
             }
-            if twin == h || twins.get(twin as usize) != Some(&h) {
+            if twin == h || twins.get(twin.index()) != Some(&h) {
                 return Err(TopologyError::Twin(h));
             }
-            let ends_meet = tails[twin as usize] == tip(h) && tip(twin) == tail;
+            let ends_meet = tails[twin.index()] == tip(h) && tip(twin) == tail;
             if ends_meet { Ok(()) } else { Err(TopologyError::Ends(h)) }
         };
-        first_error((0..tails.len() as u32).into_par_iter().with_min_len(CHUNK).map(check))?;
+        first_error((0..tails.len() as u32).into_par_iter().with_min_len(CHUNK).map(|h| check(Halfedge(h))))?;
         Ok(Self::from_trusted_gluing(
             vertex_count,
-            tails.par_iter().zip(twins).map(|(&tail, &twin)| [tail, twin]),
+            tails.par_iter().zip(twins).map(|(&tail, &twin)| (Vertex(tail), twin)),
         ))
     }
 
@@ -76,26 +85,29 @@ impl<H: Copy + Default + Send + Sync> Topology<H> {
     ///
     /// # Panics
     /// If a tail or twin does not exist.
-    pub fn from_trusted_gluing(vertex_count: usize, gluing: impl ParallelIterator<Item = [u32; 2]>) -> Self {
-        let record = |[tail, twin]: [u32; 2]| Record { twin, tail, edge: u32::MAX, data: H::default() };
+    pub fn from_trusted_gluing(
+        vertex_count: usize,
+        gluing: impl ParallelIterator<Item = (Vertex, Halfedge)>,
+    ) -> Self {
+        let record = |(tail, twin)| Record { twin, tail, edge: NO_EDGE, data: H::default() };
         let mut halfedges: Vec<Record<H>> = gluing.map(record).collect();
         let mut edge_halfedges = Vec::with_capacity(halfedges.len() / 2 + 1);
         let mut vertex_halfedges = vec![NO_HALFEDGE; vertex_count];
-        for h in 0..halfedges.len() {
-            let Record { twin, tail, .. } = halfedges[h];
+        for h in (0..halfedges.len()).map(Halfedge::new) {
+            let Record { twin, tail, .. } = halfedges[h.index()];
             // Edges are numbered by their lower half-edge, so that the numbering follows the faces.
-            if h < twin as usize {
-                let edge = edge_halfedges.len() as u32;
-                edge_halfedges.push(h as u32);
-                halfedges[h].edge = edge;
+            if h < twin {
+                let edge = Edge::new(edge_halfedges.len());
+                edge_halfedges.push(h);
+                halfedges[h.index()].edge = edge;
                 if twin != NO_HALFEDGE {
-                    halfedges[twin as usize].edge = edge;
+                    halfedges[twin.index()].edge = edge;
                 }
             }
             // Nothing lies clockwise of a half-edge without twin: it begins the fan.
-            let first = &mut vertex_halfedges[tail as usize];
+            let first = &mut vertex_halfedges[tail.index()];
             if *first == NO_HALFEDGE || twin == NO_HALFEDGE {
-                *first = h as u32;
+                *first = h;
             }
         }
         Self { halfedges, edge_halfedges, vertex_halfedges }
@@ -108,23 +120,23 @@ impl<H: Copy + Sync> Topology<H> {
     /// # Errors
     /// With the first violation.
     pub fn check(&self) -> Result<(), TopologyError> {
-        let halfedges = (0..self.halfedge_count() as u32).into_par_iter().with_min_len(CHUNK);
+        let halfedges = self.par_halfedges().with_min_len(CHUNK);
         first_error(halfedges.map(|h| self.check_halfedge(h)))?;
-        let is_astray = |&v: &u32| {
+        let is_astray = |&v: &Vertex| {
             let h = self.vertex_halfedge(v);
-            h as usize >= self.halfedge_count() || self.tail(h) != v
+            h.index() >= self.halfedge_count() || self.tail(h) != v
         };
-        let vertices = (0..self.vertex_count() as u32).into_par_iter().with_min_len(CHUNK);
+        let vertices = self.par_vertices().with_min_len(CHUNK);
         vertices.find_first(is_astray).map_or(Ok(()), |v| Err(TopologyError::Fan(v)))?;
         self.check_fans()
     }
 
-    fn check_halfedge(&self, h: u32) -> Result<(), TopologyError> {
-        if self.tail(h) as usize >= self.vertex_count() {
+    fn check_halfedge(&self, h: Halfedge) -> Result<(), TopologyError> {
+        if self.tail(h).index() >= self.vertex_count() {
             return Err(TopologyError::Tail(h));
         }
         if let Some(t) = self.twin(h) {
-            if t == h || self.halfedges.get(t as usize).map(|t| t.twin) != Some(h) {
+            if t == h || self.halfedges.get(t.index()).map(|t| t.twin) != Some(h) {
                 return Err(TopologyError::Twin(h));
             }
             let same_edge = self.halfedge_edge(t) == self.halfedge_edge(h);
@@ -142,7 +154,7 @@ impl<H: Copy + Sync> Topology<H> {
     /// Whether the fans of all vertices together meet every corner once. Gluing and ends are right already: then
     /// fans meet corners of their own vertex only, each once, and it is enough to count.
     fn check_fans(&self) -> Result<(), TopologyError> {
-        let vertices = (0..self.vertex_count() as u32).into_par_iter().with_min_len(CHUNK);
+        let vertices = self.par_vertices().with_min_len(CHUNK);
         if let Some(v) = vertices.clone().find_first(|&v| self.vertex_halfedge(v) == NO_HALFEDGE) {
             return Err(TopologyError::Fan(v));
         }
@@ -150,17 +162,17 @@ impl<H: Copy + Sync> Topology<H> {
             return Ok(());
         }
         let mut met = vec![false; self.halfedge_count()];
-        (0..self.vertex_count() as u32).flat_map(|v| self.outgoing(v)).for_each(|h| met[h as usize] = true);
+        self.vertices().flat_map(|v| self.outgoing(v)).for_each(|h| met[h.index()] = true);
         let missed = met.iter().position(|&met| !met).expect("fewer corners are met than there are");
-        Err(TopologyError::Fan(self.tail(missed as u32)))
+        Err(TopologyError::Fan(self.tail(Halfedge::new(missed))))
     }
 
     /// Whether the complex can be given by the corners of its faces alone: every vertex has one fan, of three
     /// faces at least inside, that meets every other vertex once. Then no edge ends where it begins, no two edges
     /// join the same vertices and no two faces have the same corners. O(n · degree).
     pub fn is_simplicial(&self) -> bool {
-        let corners: Option<usize> = (0..self.vertex_count() as u32)
-            .into_par_iter()
+        let corners: Option<usize> = self
+            .par_vertices()
             .with_min_len(CHUNK / 4)
             .map_init(Vec::new, |ring, v| self.simplicial_fan(ring, v))
             .sum();
@@ -168,15 +180,15 @@ impl<H: Copy + Sync> Topology<H> {
     }
 
     /// The number of faces in the fan of a vertex if it is that of a simplicial complex. `ring` is for reuse.
-    fn simplicial_fan(&self, ring: &mut Vec<u32>, v: u32) -> Option<usize> {
+    fn simplicial_fan(&self, ring: &mut Vec<Vertex>, v: Vertex) -> Option<usize> {
         if self.vertex_halfedge(v) == NO_HALFEDGE {
             return None;
         }
         ring.clear();
-        let mut last = 0;
+        let mut last = NO_HALFEDGE;
         for h in self.outgoing(v) {
             ring.push(self.tip(h));
-            last = previous(h);
+            last = h.previous();
         }
         let faces = ring.len();
         let closed = self.twin(last).is_some();

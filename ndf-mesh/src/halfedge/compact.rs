@@ -1,20 +1,21 @@
 //! Closing the holes that collapses leave.
 
-use super::{NO_HALFEDGE, NO_VERTEX, Record, Topology};
+use super::{NO_EDGE, NO_HALFEDGE, NO_VERTEX, Record, Topology};
+use crate::{Edge, Face, Halfedge, Vertex};
 
 /// The elements that are left, by their old numbers.
 #[derive(Clone, Debug)]
 pub struct Survivors {
     /// Vertices, in order.
-    pub vertices: Vec<u32>,
+    pub vertices: Vec<Vertex>,
     /// Edges, in order.
-    pub edges: Vec<u32>,
+    pub edges: Vec<Edge>,
 }
 
 impl<H: Copy + Default> Record<H> {
     /// What is kept of a half-edge that is not there.
     pub(super) fn hole() -> Self {
-        Self { twin: NO_HALFEDGE, tail: NO_VERTEX, edge: u32::MAX, data: H::default() }
+        Self { twin: NO_HALFEDGE, tail: NO_VERTEX, edge: NO_EDGE, data: H::default() }
     }
 }
 
@@ -24,7 +25,7 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn is_hole(&self, halfedge: u32) -> bool {
+    pub fn is_hole(&self, halfedge: Halfedge) -> bool {
         self.tail(halfedge) == NO_VERTEX
     }
 
@@ -33,24 +34,25 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the vertex does not exist.
     #[inline]
-    pub fn is_vertex_hole(&self, vertex: u32) -> bool {
+    pub fn is_vertex_hole(&self, vertex: Vertex) -> bool {
         self.vertex_halfedge(vertex) == NO_HALFEDGE
     }
 
     /// Closes the holes that [collapses](Self::collapse) left; what remains keeps its order. In place, O(n).
     pub fn compact(&mut self) -> Survivors {
-        let survivors = |halfedges: &[u32]| -> Vec<u32> {
-            halfedges.iter().zip(0..).filter(|&(&h, _)| h != NO_HALFEDGE).map(|(_, k)| k).collect()
-        };
-        let (vertices, edges) = (survivors(&self.vertex_halfedges), survivors(&self.edge_halfedges));
-        let faces: Vec<u32> = (0..self.face_count() as u32).filter(|&f| !self.is_hole(3 * f)).collect();
+        let vertices: Vec<Vertex> = self.vertices().filter(|&v| !self.is_vertex_hole(v)).collect();
+        let edges: Vec<Edge> = self.edges().filter(|&e| self.edge_halfedge(e) != NO_HALFEDGE).collect();
+        let faces: Vec<Face> = self.faces().filter(|&f| !self.is_hole(f.halfedge(0))).collect();
         let new_vertex = numbers(&vertices, self.vertex_count());
         let new_edge = numbers(&edges, self.edge_count());
         let new_face = numbers(&faces, self.face_count());
-        let new_halfedge = |h: u32| if h == NO_HALFEDGE { h } else { 3 * new_face[h as usize / 3] + h % 3 };
-        for (old, new) in faces.iter().flat_map(|&f| [3 * f, 3 * f + 1, 3 * f + 2]).zip(0..) {
-            let Record { twin, tail, edge, data } = self.halfedges[old as usize];
-            let (twin, tail, edge) = (new_halfedge(twin), new_vertex[tail as usize], new_edge[edge as usize]);
+        let new_halfedge = |h: Halfedge| {
+            if h == NO_HALFEDGE { h } else { Face(new_face[h.face().index()]).halfedge(h.corner()) }
+        };
+        for (old, new) in faces.iter().flat_map(|f| f.halfedges()).zip(0..) {
+            let Record { twin, tail, edge, data } = self.halfedges[old.index()];
+            let (tail, edge) = (Vertex(new_vertex[tail.index()]), Edge(new_edge[edge.index()]));
+            let twin = new_halfedge(twin);
             self.halfedges[new] = Record { twin, tail, edge, data };
         }
         self.halfedges.truncate(3 * faces.len());
@@ -63,14 +65,14 @@ impl<H: Copy> Topology<H> {
 }
 
 /// Where each number stands in an order; `u32::MAX` where it does not.
-pub fn numbers(order: &[u32], count: usize) -> Vec<u32> {
+pub fn numbers<I: Copy + Into<u32>>(order: &[I], count: usize) -> Vec<u32> {
     let mut numbers = vec![u32::MAX; count];
-    order.iter().zip(0..).for_each(|(&old, new)| numbers[old as usize] = new);
+    order.iter().zip(0..).for_each(|(&old, new)| numbers[old.into() as usize] = new);
     numbers
 }
 
 /// Keeps the items at these indices, which rise.
-pub fn keep<T: Copy>(items: &mut Vec<T>, survivors: &[u32]) {
-    survivors.iter().zip(0..).for_each(|(&old, new): (_, usize)| items[new] = items[old as usize]);
+pub fn keep<T: Copy, I: Copy + Into<u32>>(items: &mut Vec<T>, survivors: &[I]) {
+    survivors.iter().zip(0..).for_each(|(&old, new): (_, usize)| items[new] = items[old.into() as usize]);
     items.truncate(survivors.len());
 }

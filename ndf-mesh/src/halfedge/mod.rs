@@ -17,21 +17,28 @@ mod tests;
 pub use check::TopologyError;
 pub use compact::{Survivors, keep, numbers};
 
+use rayon::prelude::*;
+
+use crate::{Edge, Face, Halfedge, Vertex};
+
 /// Stands for the missing twin of a half-edge on the boundary.
-pub const NO_HALFEDGE: u32 = u32::MAX;
+pub const NO_HALFEDGE: Halfedge = Halfedge(u32::MAX);
 
 /// Stands for the tail of a half-edge whose face is gone.
-const NO_VERTEX: u32 = u32::MAX;
+const NO_VERTEX: Vertex = Vertex(u32::MAX);
+
+/// Stands for the edge of a half-edge that has none.
+const NO_EDGE: Edge = Edge(u32::MAX);
 
 /// What is kept of a half-edge; the three of a face lie side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Record<H> {
     /// The half-edge it is glued to or [`NO_HALFEDGE`].
-    twin: u32,
+    twin: Halfedge,
     /// The vertex it starts from.
-    tail: u32,
+    tail: Vertex,
     /// Its edge.
-    edge: u32,
+    edge: Edge,
     /// What the user keeps of it.
     data: H,
 }
@@ -47,21 +54,9 @@ struct Record<H> {
 pub struct Topology<H = ()> {
     halfedges: Vec<Record<H>>,
     /// One of the half-edges of every edge.
-    edge_halfedges: Vec<u32>,
+    edge_halfedges: Vec<Halfedge>,
     /// An outgoing half-edge of every vertex; at the boundary the first of the fan, counter-clockwise.
-    vertex_halfedges: Vec<u32>,
-}
-
-/// The next half-edge around the same face.
-#[inline]
-pub fn next(halfedge: u32) -> u32 {
-    if halfedge % 3 == 2 { halfedge - 2 } else { halfedge + 1 }
-}
-
-/// The previous half-edge around the same face.
-#[inline]
-pub fn previous(halfedge: u32) -> u32 {
-    if halfedge.is_multiple_of(3) { halfedge + 2 } else { halfedge - 1 }
+    vertex_halfedges: Vec<Halfedge>,
 }
 
 impl<H: Copy> Topology<H> {
@@ -85,6 +80,46 @@ impl<H: Copy> Topology<H> {
         self.halfedges.len()
     }
 
+    /// All vertices, in order.
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = Vertex> + Clone + use<H> {
+        (0..self.vertex_count() as u32).map(Vertex)
+    }
+
+    /// All edges, in order.
+    pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> + Clone + use<H> {
+        (0..self.edge_count() as u32).map(Edge)
+    }
+
+    /// All faces, in order.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = Face> + Clone + use<H> {
+        (0..self.face_count() as u32).map(Face)
+    }
+
+    /// All half-edges, in order: face by face.
+    pub fn halfedges(&self) -> impl ExactSizeIterator<Item = Halfedge> + Clone + use<H> {
+        (0..self.halfedge_count() as u32).map(Halfedge)
+    }
+
+    /// [`vertices`](Self::vertices) over all threads.
+    pub fn par_vertices(&self) -> impl IndexedParallelIterator<Item = Vertex> + Clone + use<H> {
+        (0..self.vertex_count() as u32).into_par_iter().map(Vertex)
+    }
+
+    /// [`edges`](Self::edges) over all threads.
+    pub fn par_edges(&self) -> impl IndexedParallelIterator<Item = Edge> + Clone + use<H> {
+        (0..self.edge_count() as u32).into_par_iter().map(Edge)
+    }
+
+    /// [`faces`](Self::faces) over all threads.
+    pub fn par_faces(&self) -> impl IndexedParallelIterator<Item = Face> + Clone + use<H> {
+        (0..self.face_count() as u32).into_par_iter().map(Face)
+    }
+
+    /// [`halfedges`](Self::halfedges) over all threads.
+    pub fn par_halfedges(&self) -> impl IndexedParallelIterator<Item = Halfedge> + Clone + use<H> {
+        (0..self.halfedge_count() as u32).into_par_iter().map(Halfedge)
+    }
+
     /// Number of edges with one face.
     pub fn boundary_edge_count(&self) -> usize {
         2 * self.edge_count() - self.halfedge_count()
@@ -99,16 +134,16 @@ impl<H: Copy> Topology<H> {
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn face_vertices(&self, face: u32) -> [u32; 3] {
-        [0, 1, 2].map(|c| self.tail(3 * face + c))
+    pub fn face_vertices(&self, face: Face) -> [Vertex; 3] {
+        face.halfedges().map(|h| self.tail(h))
     }
 
     /// Edges of a face: side `c` runs from corner `c` to the next.
     ///
     /// # Panics
     /// If the face does not exist.
-    pub fn face_edges(&self, face: u32) -> [u32; 3] {
-        [0, 1, 2].map(|c| self.halfedge_edge(3 * face + c))
+    pub fn face_edges(&self, face: Face) -> [Edge; 3] {
+        face.halfedges().map(|h| self.halfedge_edge(h))
     }
 
     /// The half-edge glued to this one, or `None` on the boundary.
@@ -116,7 +151,7 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn twin(&self, halfedge: u32) -> Option<u32> {
+    pub fn twin(&self, halfedge: Halfedge) -> Option<Halfedge> {
         let twin = self.raw_twin(halfedge);
         (twin != NO_HALFEDGE).then_some(twin)
     }
@@ -126,20 +161,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn raw_twin(&self, halfedge: u32) -> u32 {
-        self.halfedges[halfedge as usize].twin
-    }
-
-    /// The next half-edge around the same face.
-    #[inline]
-    pub fn next(&self, halfedge: u32) -> u32 {
-        next(halfedge)
-    }
-
-    /// The previous half-edge around the same face.
-    #[inline]
-    pub fn previous(&self, halfedge: u32) -> u32 {
-        previous(halfedge)
+    pub fn raw_twin(&self, halfedge: Halfedge) -> Halfedge {
+        self.halfedges[halfedge.index()].twin
     }
 
     /// The vertex a half-edge starts from.
@@ -147,8 +170,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn tail(&self, halfedge: u32) -> u32 {
-        self.halfedges[halfedge as usize].tail
+    pub fn tail(&self, halfedge: Halfedge) -> Vertex {
+        self.halfedges[halfedge.index()].tail
     }
 
     /// The vertex a half-edge points to.
@@ -156,8 +179,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn tip(&self, halfedge: u32) -> u32 {
-        self.tail(next(halfedge))
+    pub fn tip(&self, halfedge: Halfedge) -> Vertex {
+        self.tail(halfedge.next())
     }
 
     /// The edge of a half-edge.
@@ -165,8 +188,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn halfedge_edge(&self, halfedge: u32) -> u32 {
-        self.halfedges[halfedge as usize].edge
+    pub fn halfedge_edge(&self, halfedge: Halfedge) -> Edge {
+        self.halfedges[halfedge.index()].edge
     }
 
     /// What is kept with a half-edge.
@@ -174,8 +197,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn data(&self, halfedge: u32) -> H {
-        self.halfedges[halfedge as usize].data
+    pub fn data(&self, halfedge: Halfedge) -> H {
+        self.halfedges[halfedge.index()].data
     }
 
     /// Keeps something with a half-edge.
@@ -183,8 +206,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the half-edge does not exist.
     #[inline]
-    pub fn set_data(&mut self, halfedge: u32, data: H) {
-        self.halfedges[halfedge as usize].data = data;
+    pub fn set_data(&mut self, halfedge: Halfedge, data: H) {
+        self.halfedges[halfedge.index()].data = data;
     }
 
     /// The canonical half-edge of an edge: the one a point `(1 − t) tail + t tip` of the edge refers to.
@@ -192,15 +215,15 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the edge does not exist.
     #[inline]
-    pub fn edge_halfedge(&self, edge: u32) -> u32 {
-        self.edge_halfedges[edge as usize]
+    pub fn edge_halfedge(&self, edge: Edge) -> Halfedge {
+        self.edge_halfedges[edge.index()]
     }
 
     /// Tail and tip of the canonical half-edge of an edge; they may be the same vertex.
     ///
     /// # Panics
     /// If the edge does not exist.
-    pub fn edge_vertices(&self, edge: u32) -> [u32; 2] {
+    pub fn edge_vertices(&self, edge: Edge) -> [Vertex; 2] {
         let h = self.edge_halfedge(edge);
         [self.tail(h), self.tip(h)]
     }
@@ -211,8 +234,8 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the vertex does not exist.
     #[inline]
-    pub fn vertex_halfedge(&self, vertex: u32) -> u32 {
-        self.vertex_halfedges[vertex as usize]
+    pub fn vertex_halfedge(&self, vertex: Vertex) -> Halfedge {
+        self.vertex_halfedges[vertex.index()]
     }
 
     /// Outgoing half-edges of a vertex, counter-clockwise, one for each of its corners. A boundary vertex has
@@ -221,19 +244,19 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the vertex does not exist.
     #[inline]
-    pub fn outgoing(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+    pub fn outgoing(&self, vertex: Vertex) -> impl Iterator<Item = Halfedge> + '_ {
         let start = self.vertex_halfedge(vertex);
-        std::iter::successors(Some(start), move |&h| self.twin(previous(h)).filter(|&n| n != start))
+        std::iter::successors(Some(start), move |&h| self.twin(h.previous()).filter(|&n| n != start))
     }
 
     /// One half-edge of every edge at a vertex, counter-clockwise: outgoing, but for the last of a boundary vertex.
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn edges_at(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+    pub fn edges_at(&self, vertex: Vertex) -> impl Iterator<Item = Halfedge> + '_ {
         self.outgoing(vertex).flat_map(|h| {
-            let last = self.raw_twin(previous(h)) == NO_HALFEDGE;
-            std::iter::once(h).chain(last.then(|| previous(h)))
+            let last = self.raw_twin(h.previous()) == NO_HALFEDGE;
+            std::iter::once(h).chain(last.then(|| h.previous()))
         })
     }
 
@@ -241,10 +264,10 @@ impl<H: Copy> Topology<H> {
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn ring(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+    pub fn ring(&self, vertex: Vertex) -> impl Iterator<Item = Vertex> + '_ {
         self.outgoing(vertex).flat_map(|h| {
-            let last = self.raw_twin(previous(h)) == NO_HALFEDGE;
-            std::iter::once(self.tip(h)).chain(last.then(|| self.tail(previous(h))))
+            let last = self.raw_twin(h.previous()) == NO_HALFEDGE;
+            std::iter::once(self.tip(h)).chain(last.then(|| self.tail(h.previous())))
         })
     }
 
@@ -252,8 +275,8 @@ impl<H: Copy> Topology<H> {
     ///
     /// # Panics
     /// If a vertex does not exist.
-    pub fn joins(&self, a: u32, b: u32) -> bool {
-        self.outgoing(a).any(|h| self.tip(h) == b || self.tail(previous(h)) == b)
+    pub fn joins(&self, a: Vertex, b: Vertex) -> bool {
+        self.outgoing(a).any(|h| self.tip(h) == b || self.tail(h.previous()) == b)
     }
 
     /// Whether a vertex lies on the boundary.
@@ -261,7 +284,7 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the vertex does not exist.
     #[inline]
-    pub fn is_boundary_vertex(&self, vertex: u32) -> bool {
+    pub fn is_boundary_vertex(&self, vertex: Vertex) -> bool {
         self.raw_twin(self.vertex_halfedge(vertex)) == NO_HALFEDGE
     }
 
@@ -270,7 +293,7 @@ impl<H: Copy> Topology<H> {
     /// # Panics
     /// If the edge does not exist.
     #[inline]
-    pub fn is_boundary_edge(&self, edge: u32) -> bool {
+    pub fn is_boundary_edge(&self, edge: Edge) -> bool {
         self.raw_twin(self.edge_halfedge(edge)) == NO_HALFEDGE
     }
 

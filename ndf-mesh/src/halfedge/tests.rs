@@ -31,37 +31,48 @@ fn shapes_have_their_topology() {
 #[test]
 fn boundary_fans_are_complete() {
     let grid = topology(shapes::grid(2, 2));
-    assert_eq!((0..9).filter(|&v| grid.is_boundary_vertex(v)).collect::<Vec<_>>(), [0, 1, 2, 3, 5, 6, 7, 8]);
-    assert_eq!(grid.ring(4).count(), grid.outgoing(4).count());
-    assert_eq!(grid.ring(1).count(), grid.outgoing(1).count() + 1);
-    assert!(grid.ring(1).zip(grid.edges_at(1)).all(|(v, h)| v == grid.tip(h) || v == grid.tail(h)));
+    assert_eq!(
+        grid.vertices().filter(|&v| grid.is_boundary_vertex(v)).map(|v| v.0).collect::<Vec<_>>(),
+        [0, 1, 2, 3, 5, 6, 7, 8]
+    );
+    let (inner, outer) = (Vertex(4), Vertex(1));
+    assert_eq!(grid.ring(inner).count(), grid.outgoing(inner).count());
+    assert_eq!(grid.ring(outer).count(), grid.outgoing(outer).count() + 1);
+    assert!(grid.ring(outer).zip(grid.edges_at(outer)).all(|(v, h)| v == grid.tip(h) || v == grid.tail(h)));
 }
 
 #[test]
 fn gluings_are_checked() {
-    let torus = Topology::<()>::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2]).unwrap();
+    let torus = Topology::<()>::from_gluing(1, &[0; 6], &[3, 4, 5, 0, 1, 2].map(Halfedge)).unwrap();
     torus.check().unwrap();
     assert_eq!(torus.euler_characteristic(), 0);
     assert!(!torus.is_simplicial());
-    let pillow = Topology::<()>::from_gluing(3, &[0, 1, 2, 0, 2, 1], &[5, 4, 3, 2, 1, 0]).unwrap();
+    let pillow =
+        Topology::<()>::from_gluing(3, &[0, 1, 2, 0, 2, 1], &[5, 4, 3, 2, 1, 0].map(Halfedge)).unwrap();
     assert!(!pillow.is_simplicial(), "both faces have the same corners");
-    let error = |vertices, tails: &[u32], twins: &[u32]| {
+    let error = |vertices, tails: &[u32], twins: &[Halfedge]| {
         Topology::<()>::from_gluing(vertices, tails, twins).unwrap_err()
     };
-    const OPEN: [u32; 3] = [NO_HALFEDGE; 3];
+    const OPEN: [Halfedge; 3] = [NO_HALFEDGE; 3];
     assert_eq!(error(3, &[0, 1], &[NO_HALFEDGE; 2]), TopologyError::Counts { tails: 2, twins: 2 });
-    assert_eq!(error(3, &[0, 1, 3], &OPEN), TopologyError::Tail(2));
-    assert_eq!(error(3, &[0, 1, 2], &[0, NO_HALFEDGE, NO_HALFEDGE]), TopologyError::Twin(0));
-    assert_eq!(error(3, &[0, 1, 2], &[1, 0, NO_HALFEDGE]), TopologyError::Ends(0));
-    assert_eq!(error(4, &[0, 1, 2], &OPEN), TopologyError::Fan(3));
-    assert_eq!(error(1, &[0, 0, 0], &OPEN), TopologyError::Fan(0));
+    assert_eq!(error(3, &[0, 1, 3], &OPEN), TopologyError::Tail(Halfedge(2)));
+    assert_eq!(
+        error(3, &[0, 1, 2], &[Halfedge(0), NO_HALFEDGE, NO_HALFEDGE]),
+        TopologyError::Twin(Halfedge(0))
+    );
+    assert_eq!(
+        error(3, &[0, 1, 2], &[Halfedge(1), Halfedge(0), NO_HALFEDGE]),
+        TopologyError::Ends(Halfedge(0))
+    );
+    assert_eq!(error(4, &[0, 1, 2], &OPEN), TopologyError::Fan(Vertex(3)));
+    assert_eq!(error(1, &[0, 0, 0], &OPEN), TopologyError::Fan(Vertex(0)));
 }
 
 #[test]
 fn random_edits_keep_a_complex_sound() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for mut complex in small_shapes() {
-        let (euler, inputs) = (complex.euler_characteristic(), complex.vertex_count() as u32);
+        let (euler, inputs) = (complex.euler_characteristic(), complex.vertex_count());
         for _ in 0..1500 {
             random_edit(&mut complex, inputs, &mut rng);
             complex.check().unwrap();
@@ -71,24 +82,24 @@ fn random_edits_keep_a_complex_sound() {
 }
 
 /// A flip, split or removal of a vertex that was inserted, where the complex admits it.
-fn random_edit(complex: &mut Topology, inputs: u32, rng: &mut ChaCha8Rng) {
-    let edge = rng.random_range(0..complex.edge_count() as u32);
+fn random_edit(complex: &mut Topology, inputs: usize, rng: &mut ChaCha8Rng) {
+    let edge = Edge(rng.random_range(0..complex.edge_count() as u32));
     let h = complex.edge_halfedge(edge);
     match rng.random_range(0..6) {
         0 => {
-            complex.insert_in_face(rng.random_range(0..complex.face_count() as u32));
+            complex.insert_in_face(Face(rng.random_range(0..complex.face_count() as u32)));
         }
         1 => {
-            complex.split_edge(complex.twin(h).filter(|&t| t == previous(h)).unwrap_or(h));
+            complex.split_edge(complex.twin(h).filter(|&t| t == h.previous()).unwrap_or(h));
         }
-        2 | 3 if complex.twin(h).is_some_and(|t| t / 3 != h / 3) => {
+        2 | 3 if complex.twin(h).is_some_and(|t| t.face() != h.face()) => {
             complex.flip(h);
         }
         _ => {
-            let v = rng.random_range(0..complex.vertex_count() as u32);
-            let faces: Vec<u32> = complex.outgoing(v).map(|h| h / 3).collect();
+            let v = Vertex(rng.random_range(0..complex.vertex_count() as u32));
+            let faces: Vec<Face> = complex.outgoing(v).map(Halfedge::face).collect();
             let simple = faces.iter().all(|f| faces.iter().filter(|g| f == *g).count() == 1);
-            match (v >= inputs && simple, complex.is_boundary_vertex(v), faces.len()) {
+            match (v.index() >= inputs && simple, complex.is_boundary_vertex(v), faces.len()) {
                 (true, true, 2) => drop(complex.remove_boundary_degree_two(v)),
                 (true, false, 3) => drop(complex.remove_degree_three(v)),
                 _ => {}
@@ -108,7 +119,7 @@ fn random_edits_keep_a_complex_simplicial() {
             let loops = boundary_loops(&complex);
             let euler = complex.euler_characteristic();
             for _ in 0..400 {
-                let h = rng.random_range(0..complex.halfedge_count() as u32);
+                let h = Halfedge(rng.random_range(0..complex.halfedge_count() as u32));
                 match rng.random_range(0..4) {
                     0 => drop(complex.split_edge(h)),
                     1 if complex.is_flippable(h) => drop(complex.flip(h)),
@@ -130,10 +141,10 @@ fn random_edits_keep_a_complex_simplicial() {
 fn boundary_loops(complex: &Topology) -> usize {
     let mut seen = vec![false; complex.vertex_count()];
     let mut loops = 0;
-    for v in (0..complex.vertex_count() as u32).filter(|&v| complex.is_boundary_vertex(v)) {
-        loops += usize::from(!seen[v as usize]);
+    for v in complex.vertices().filter(|&v| complex.is_boundary_vertex(v)) {
+        loops += usize::from(!seen[v.index()]);
         let mut at = v;
-        while !std::mem::replace(&mut seen[at as usize], true) {
+        while !std::mem::replace(&mut seen[at.index()], true) {
             at = complex.tip(complex.vertex_halfedge(at));
         }
     }
@@ -150,13 +161,14 @@ fn the_link_condition_is_exact() {
         for _ in 0..40 {
             let mut complex = start.clone();
             loop {
-                let edges: Vec<u32> = (0..complex.halfedge_count() as u32).collect();
+                let edges: Vec<Halfedge> = complex.halfedges().collect();
                 for &h in &edges {
                     let allowed = complex.is_collapsible(h);
                     assert_eq!(allowed, collapse_is_simplicial(&complex, h), "half-edge {h}");
                     asked[usize::from(allowed)] += 1;
                 }
-                let allowed: Vec<u32> = edges.into_iter().filter(|&h| complex.is_collapsible(h)).collect();
+                let allowed: Vec<Halfedge> =
+                    edges.into_iter().filter(|&h| complex.is_collapsible(h)).collect();
                 if allowed.is_empty() {
                     break;
                 }
@@ -169,14 +181,14 @@ fn the_link_condition_is_exact() {
 }
 
 /// Collapses by renaming corners, and asks validation.
-fn collapse_is_simplicial(complex: &Topology, h: u32) -> bool {
+fn collapse_is_simplicial(complex: &Topology, h: Halfedge) -> bool {
     let (i, j) = (complex.tail(h), complex.tip(h));
-    let faces = (0..complex.face_count() as u32).map(|f| complex.face_vertices(f));
-    let merged: Vec<[u32; 3]> = faces
+    let faces = complex.faces().map(|f| complex.face_vertices(f));
+    let merged: Vec<[Vertex; 3]> = faces
         .filter(|f| !(f.contains(&i) && f.contains(&j)))
         .map(|f| f.map(|v| if v == j { i } else { v }))
         .collect();
-    let mut used: Vec<u32> = merged.concat();
+    let mut used: Vec<Vertex> = merged.concat();
     used.sort_unstable();
     used.dedup();
     let faces = merged.into_iter().map(|f| f.map(|v| used.binary_search(&v).unwrap() as u32)).collect();
@@ -194,11 +206,11 @@ fn collapse_is_simplicial(complex: &Topology, h: u32) -> bool {
 fn rotated_faces_keep_a_complex_sound() {
     for mut complex in small_shapes() {
         let euler = complex.euler_characteristic();
-        for h in 0..complex.halfedge_count() as u32 {
-            let corners = complex.face_vertices(h / 3);
-            complex.rotate_face(h / 3);
+        for h in complex.halfedges() {
+            let corners = complex.face_vertices(h.face());
+            complex.rotate_face(h.face());
             complex.check().unwrap();
-            assert_eq!(complex.face_vertices(h / 3), [corners[1], corners[2], corners[0]]);
+            assert_eq!(complex.face_vertices(h.face()), [corners[1], corners[2], corners[0]]);
         }
         assert_eq!(complex.euler_characteristic(), euler);
     }

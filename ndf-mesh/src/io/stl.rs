@@ -42,7 +42,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> 
     out.write_all(&title)?;
     let count = u32::try_from(mesh.face_count()).map_err(io::Error::other)?;
     out.write_all(&count.to_le_bytes())?;
-    for f in 0..count {
+    for f in mesh.face_indices() {
         let [a, b, c] = mesh.corner_positions(f);
         for x in [mesh.face_normal(f), a, b, c].map(|p| p.to_array()).concat() {
             out.write_all(&(x as f32).to_le_bytes())?;

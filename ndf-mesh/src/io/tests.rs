@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::shapes;
-use crate::{ManifoldMesh, ValidationReport};
+use crate::{Face, ManifoldMesh, ValidationReport};
 
 fn parse(name: &str, bytes: &[u8]) -> Result<MeshFile, ReadError> {
     parse_mesh(bytes, Path::new(name))
@@ -77,7 +77,7 @@ fn round_trips_keep_vertices_faces_and_scalars() {
     write_mesh(&path, &exact, &[]).unwrap();
     let file = read_mesh(&path).unwrap();
     assert_eq!(file.mesh.vertex_count(), exact.vertex_count());
-    assert_eq!(file.mesh.corner_positions(17), single.corner_positions(17));
+    assert_eq!(file.mesh.corner_positions(Face(17)), single.corner_positions(Face(17)));
     assert!(ManifoldMesh::try_from(file.mesh).is_ok());
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "no temporary files are left");
     std::fs::remove_dir_all(folder).unwrap();

@@ -3,8 +3,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::{LANES, Node, PACKET, Packet, STACK, TriangleTree, closest_point_on_triangle};
-use crate::FacePoint;
 use crate::hierarchy::WIDTH;
+use crate::{Face, FacePoint};
 use ndf_core::{DVec3, Hint};
 
 /// Where a mesh comes closest to a point.
@@ -21,7 +21,7 @@ pub struct ClosestPoint {
 impl ClosestPoint {
     /// The hint for a query near this one.
     pub fn hint(&self) -> Hint {
-        Hint(self.at.face)
+        Hint(self.at.face.0)
     }
 }
 
@@ -43,7 +43,7 @@ impl TriangleTree {
         &self,
         p: DVec3,
         hint: Hint,
-        accept: impl Fn(u32) -> bool,
+        accept: impl Fn(Face) -> bool,
     ) -> Option<ClosestPoint> {
         self.closest_point_within(p, f64::INFINITY, hint, accept)
     }
@@ -55,13 +55,13 @@ impl TriangleTree {
         p: DVec3,
         distance_squared: f64,
         hint: Hint,
-        accept: impl Fn(u32) -> bool,
+        accept: impl Fn(Face) -> bool,
     ) -> Option<ClosestPoint> {
         if self.is_empty() || !p.is_finite() {
             return None;
         }
         let mut search = Search { tree: self, p, accept, best: None, distance_squared };
-        if let Some(face) = hint.get()
+        if let Some(face) = hint.get().map(Face)
             && let Some(triangle) = self.triangle(face)
             && (search.accept)(face)
         {
@@ -83,13 +83,13 @@ struct Search<'a, A> {
     tree: &'a TriangleTree,
     p: DVec3,
     accept: A,
-    best: Option<u32>,
+    best: Option<Face>,
     distance_squared: f64,
 }
 
-impl<A: Fn(u32) -> bool> Search<'_, A> {
+impl<A: Fn(Face) -> bool> Search<'_, A> {
     #[inline(always)]
-    fn improve(&mut self, distance_squared: f64, face: u32) {
+    fn improve(&mut self, distance_squared: f64, face: Face) {
         if distance_squared < self.distance_squared {
             self.distance_squared = distance_squared;
             self.best = Some(face);
@@ -117,13 +117,13 @@ impl<A: Fn(u32) -> bool> Search<'_, A> {
     }
 }
 
-impl<A: Fn(u32) -> bool> WithSimd for Search<'_, A> {
-    type Output = Option<u32>;
+impl<A: Fn(Face) -> bool> WithSimd for Search<'_, A> {
+    type Output = Option<Face>;
 
     /// Depth first, the nearest child next. What waits on the stack is the bits of a distance, which order like
     /// the distance, above a child.
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> Option<u32> {
+    fn with_simd<S: Simd>(mut self, _: S) -> Option<Face> {
         let (lo, hi) = self.tree.frame.around_point(self.p);
         let mut stack = [0_u64; STACK];
         let mut top = 0;

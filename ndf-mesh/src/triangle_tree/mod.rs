@@ -19,8 +19,8 @@ pub use ray::RayHit;
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::TriangleMesh;
 use crate::hierarchy::{Child, Hierarchy, MAX_LEVELS, WIDTH};
+use crate::{Face, TriangleMesh};
 use ndf_core::{BoundingBox, DVec3};
 
 /// Triangles in a packet.
@@ -65,7 +65,7 @@ struct Node {
 struct Packet {
     /// By corner, axis and lane.
     corners: [[[f64; LANES]; 3]; 3],
-    faces: [u32; LANES],
+    faces: [Face; LANES],
 }
 
 impl Packet {
@@ -162,9 +162,9 @@ impl TriangleTree {
     /// Adds a packet of these faces; returns the reference to it.
     fn pack(&mut self, mesh: &TriangleMesh, faces: &[u32]) -> u32 {
         let index = self.packets.len() as u32;
-        let mut packet = Packet { corners: [[[0.0; LANES]; 3]; 3], faces: [0; LANES] };
+        let mut packet = Packet { corners: [[[0.0; LANES]; 3]; 3], faces: [Face(0); LANES] };
         for lane in 0..LANES {
-            let face = faces[lane.min(faces.len() - 1)];
+            let face = Face(faces[lane.min(faces.len() - 1)]);
             packet.faces[lane] = face;
             for (corner, position) in mesh.corner_positions(face).into_iter().enumerate() {
                 for axis in 0..3 {
@@ -190,8 +190,8 @@ impl TriangleTree {
     }
 
     /// Corners of a face of the mesh; `None` if it does not exist or was left out.
-    fn triangle(&self, face: u32) -> Option<[DVec3; 3]> {
-        let slot = *self.slots.get(face as usize)? as usize;
+    fn triangle(&self, face: Face) -> Option<[DVec3; 3]> {
+        let slot = *self.slots.get(face.index())? as usize;
         Some(self.packets.get(slot / LANES)?.triangle(slot % LANES))
     }
 }

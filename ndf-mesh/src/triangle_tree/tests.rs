@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::*;
+use crate::Face;
 use crate::shapes;
 use ndf_core::Hint;
 
@@ -31,8 +32,8 @@ fn soup(count: usize, rng: &mut ChaCha8Rng) -> TriangleMesh {
     TriangleMesh::new(positions, faces).unwrap()
 }
 
-fn brute_force(mesh: &TriangleMesh, p: DVec3, accept: impl Fn(u32) -> bool) -> Option<f64> {
-    (0..mesh.face_count() as u32)
+fn brute_force(mesh: &TriangleMesh, p: DVec3, accept: impl Fn(Face) -> bool) -> Option<f64> {
+    mesh.face_indices()
         .filter(|&f| accept(f) && mesh.corner_positions(f).iter().all(|c| c.is_finite()))
         .map(|f| closest_point_on_triangle(p, mesh.corner_positions(f)).0.distance_squared(p))
         .min_by(f64::total_cmp)
@@ -73,7 +74,7 @@ fn closest_points_agree_with_brute_force() {
                 let truth = brute_force(&mesh, q, |_| true);
                 assert_agrees(&mesh, q, tree.closest_point(q, Hint::NONE), truth);
                 assert_agrees(&mesh, q, tree.closest_point(q, hint), truth);
-                let odd = |f: u32| f % 2 == 1;
+                let odd = |f: Face| f.0 % 2 == 1;
                 let truth = brute_force(&mesh, q, odd);
                 assert_agrees(&mesh, q, tree.closest_point_where(q, hint, odd), truth);
             }
@@ -116,7 +117,7 @@ fn unusable_meshes_and_queries_have_no_answer() {
     let broken = TriangleMesh::new(positions, faces).unwrap();
     let tree = TriangleTree::new(&broken);
     assert_agrees(&broken, p, tree.closest_point(p, Hint(1)), brute_force(&broken, p, |_| true));
-    assert!(tree.closest_point_where(p, Hint::NONE, |f| f == 1 || f == 2).is_none());
+    assert!(tree.closest_point_where(p, Hint::NONE, |f| f == Face(1) || f == Face(2)).is_none());
     for q in [DVec3::NAN, DVec3::INFINITY, DVec3::new(0.0, f64::NAN, 0.0)] {
         assert!(tree.closest_point(q, Hint::NONE).is_none());
         assert!(tree.first_hit(q, p).is_none() && tree.first_hit(p, q).is_none());
@@ -137,7 +138,8 @@ fn first_hits_agree_with_brute_force() {
                 1 => unit_cube_point(&mut rng) - 0.5,
                 _ => DVec3::AXES[case % 9 / 3],
             };
-            let truth = (0..mesh.face_count() as u32)
+            let truth = mesh
+                .face_indices()
                 .filter_map(|f| hit_time(origin, direction, mesh.corner_positions(f)))
                 .min_by(f64::total_cmp);
             let found = tree.first_hit(origin, direction);

@@ -70,11 +70,9 @@ fn check_random(seed: u64, choose: impl Fn(&mut ChaCha8Rng) -> f64) {
     let report = ValidationReport::of(&found.mesh);
     assert!(report.is_oriented_manifold(), "seed {seed}: {report}");
     assert_eq!(report.degenerate_faces.count, 0, "seed {seed}");
-    for h in (0..found.mesh.topology().halfedge_count() as u32)
-        .filter(|&h| found.mesh.topology().twin(h).is_none())
-    {
+    for h in found.mesh.topology().halfedges().filter(|&h| found.mesh.topology().twin(h).is_none()) {
         let ends = [found.mesh.topology().tail(h), found.mesh.topology().tip(h)]
-            .map(|v| found.mesh.positions()[v as usize]);
+            .map(|v| found.mesh.positions()[v.index()]);
         let on_border = (0..3).any(|k| ends.iter().all(|p| p[k].abs() > 3.5 - 1e-9));
         assert!(on_border, "seed {seed}: boundary edge inside the grid: {ends:?}");
     }
@@ -138,7 +136,7 @@ fn orientation_is_outward_on_both_sides_of_the_level() {
 
 /// Largest distance of the centroids of faces from the unit sphere.
 fn sphere_error(mesh: &ManifoldMesh) -> f64 {
-    let faces = (0..mesh.face_count() as u32).map(|f| mesh.corner_positions(f));
+    let faces = mesh.face_indices().map(|f| mesh.corner_positions(f));
     faces.map(|[a, b, c]| sphere((a + b + c) / 3.0).abs()).fold(0.0, f64::max)
 }
 

@@ -7,7 +7,7 @@
 
 use ndf_core::projected;
 use ndf_core::{DVec3, Hint, Query, Surface};
-use ndf_mesh::{FacePoint, TriangleTree};
+use ndf_mesh::{Face, FacePoint, TriangleTree, Vertex};
 use rayon::prelude::*;
 
 use super::{OrientedPoint, Target, quality_around};
@@ -70,21 +70,22 @@ impl Match {
         pulls.extend(back);
         // Stable: those of a face keep their order.
         pulls.sort_by_key(|pull| pull.at.face);
-        let faces = mesh.halfedge_count() as u32 / 3;
-        let starts = (0..=faces).map(|f| pulls.partition_point(|pull| pull.at.face < f)).collect();
+        let starts = (0..=mesh.faces().len())
+            .map(|f| pulls.partition_point(|pull| pull.at.face.index() < f))
+            .collect();
         let squares = [Some(onto), from].into_iter().flatten();
         let mean = squares.clone().sum::<f64>() / squares.count() as f64;
         Self { pulls, starts, distance: mean.sqrt() }
     }
 
-    fn of_face(&self, face: u32) -> &[Pull] {
-        &self.pulls[self.starts[face as usize]..self.starts[face as usize + 1]]
+    fn of_face(&self, face: Face) -> &[Pull] {
+        &self.pulls[self.starts[face.index()]..self.starts[face.index() + 1]]
     }
 }
 
 /// Six points of every face pulled to their feet on the surface, and their mean squared distance.
 fn feet_of_samples(mesh: &EditableMesh, surface: &dyn Surface) -> (Vec<Pull>, f64) {
-    let faces = 0..mesh.halfedge_count() as u32 / 3;
+    let faces = mesh.faces();
     let mut queries = Vec::with_capacity(6 * faces.len());
     let mut samples = Vec::with_capacity(6 * faces.len());
     for face in faces {
@@ -116,12 +117,12 @@ fn feet_of_points(mesh: &EditableMesh, points: &[OrientedPoint]) -> (Vec<Pull>, 
     }
     let coarse = mesh.to_triangle_mesh();
     let tree = TriangleTree::new(&coarse);
-    let normals: Vec<DVec3> = (0..coarse.face_count() as u32).map(|f| coarse.face_normal(f)).collect();
+    let normals: Vec<DVec3> = coarse.face_indices().map(|f| coarse.face_normal(f)).collect();
     let weight = coarse.area() / points.len() as f64;
     let closest: Vec<Option<(Pull, f64)>> = points
         .par_iter()
         .map(|&OrientedPoint { point: foot, normal }| {
-            let alike = |f: u32| normals[f as usize].dot(normal) > LEAST_COSINE;
+            let alike = |f: Face| normals[f.index()].dot(normal) > LEAST_COSINE;
             let found = tree.closest_point_where(foot, Hint::NONE, alike)?;
             Some((Pull { at: found.at, weight, foot, normal }, found.distance_squared))
         })
@@ -132,8 +133,8 @@ fn feet_of_points(mesh: &EditableMesh, points: &[OrientedPoint]) -> (Vec<Pull>, 
     (pulls, Some(mean))
 }
 
-fn corners_of(mesh: &EditableMesh, face: u32) -> [DVec3; 3] {
-    mesh.corners(3 * face).map(|v| mesh.position(v))
+fn corners_of(mesh: &EditableMesh, face: Face) -> [DVec3; 3] {
+    mesh.corners(face.halfedge(0)).map(|v| mesh.position(v))
 }
 
 /// Fits the interior vertices and returns the root-mean-square distance then. A fit that does not bring the
@@ -143,7 +144,7 @@ pub(super) fn fit(mesh: &mut EditableMesh, target: &Target<'_>) -> f64 {
     for _ in 0..FITS {
         let before = mesh.positions.clone();
         for _ in 0..SWEEPS {
-            for v in 0..mesh.vertex_count() as u32 {
+            for v in mesh.vertices() {
                 if !mesh.is_boundary_vertex(v) {
                     fit_vertex(mesh, v, &pairs);
                 }
@@ -160,13 +161,13 @@ pub(super) fn fit(mesh: &mut EditableMesh, target: &Target<'_>) -> f64 {
 }
 
 /// Puts a vertex where the points around it are closest to their planes, the other vertices fixed.
-fn fit_vertex(mesh: &mut EditableMesh, v: u32, pairs: &Match) {
+fn fit_vertex(mesh: &mut EditableMesh, v: Vertex, pairs: &Match) {
     let position = mesh.position(v);
     let (mut planes, mut reach, mut count) = (Quadric::default(), 0.0, 0.0);
     for o in mesh.outgoing(v) {
-        let corners = corners_of(mesh, o / 3);
-        for pull in pairs.of_face(o / 3) {
-            let share = pull.at.barycentric[o as usize % 3];
+        let corners = corners_of(mesh, o.face());
+        for pull in pairs.of_face(o.face()) {
+            let share = pull.at.barycentric[o.corner()];
             if share > LEAST_SHARE {
                 // The point is on the plane when the vertex is on one further out. Relative to the vertex.
                 let gap = pull.normal.dot(pull.foot - pull.at.interpolate(corners));
@@ -184,6 +185,6 @@ fn fit_vertex(mesh: &mut EditableMesh, v: u32, pairs: &Match) {
         return;
     };
     if after >= before.min(LEAST_QUALITY) {
-        mesh.positions[v as usize] = goal;
+        mesh.positions[v.index()] = goal;
     }
 }

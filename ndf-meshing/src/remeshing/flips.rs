@@ -5,7 +5,7 @@ use ndf_core::{DVec3, Query, Surface};
 
 use crate::editable_mesh::EditableMesh;
 use crate::triangle_shape::{agree, cross, quality};
-use ndf_mesh::halfedge::previous;
+use ndf_mesh::Halfedge;
 
 /// Most passes over all edges; Delaunay flips end by themselves long before in practice.
 const PASSES: usize = 8;
@@ -19,14 +19,14 @@ const FLAT: f64 = 0.999;
 pub(super) fn flip_near(mesh: &mut EditableMesh, surface: &dyn Surface, distance: f64) -> usize {
     let mut flips = 0;
     for _ in 0..PASSES {
-        let candidates: Vec<u32> = edges(mesh).filter(|&h| is_improving(mesh, h, TURN)).collect();
+        let candidates: Vec<Halfedge> = edges(mesh).filter(|&h| is_improving(mesh, h, TURN)).collect();
         let middles: Vec<Query> = candidates.iter().flat_map(|&h| middles(mesh, h)).collect();
         let feet = projected(surface, &middles);
         let away = |i: usize| feet[i].map_or(f64::INFINITY, |foot| foot.point.distance(middles[i].point));
         let mut changed = vec![false; mesh.halfedge_count() / 3];
         let before = flips;
         for (i, &h) in candidates.iter().enumerate() {
-            let faces = [h / 3, mesh.raw_twin(h) / 3].map(|f| f as usize);
+            let faces = [h, mesh.raw_twin(h)].map(|h| h.face().index());
             let (old, new) = (away(2 * i), away(2 * i + 1));
             // Another flip may have joined the opposite corners meanwhile.
             let free = faces.iter().all(|&f| !changed[f]) && mesh.is_flippable(h);
@@ -48,7 +48,7 @@ pub(super) fn flip_flat(mesh: &mut EditableMesh) -> usize {
     let mut flips = 0;
     for _ in 0..PASSES {
         let before = flips;
-        for h in 0..mesh.halfedge_count() as u32 {
+        for h in mesh.halfedges() {
             if mesh.canonical(h) == h && is_improving(mesh, h, FLAT) {
                 mesh.flip(h);
                 flips += 1;
@@ -61,18 +61,18 @@ pub(super) fn flip_flat(mesh: &mut EditableMesh) -> usize {
     flips
 }
 
-fn edges(mesh: &EditableMesh) -> impl Iterator<Item = u32> + '_ {
-    (0..mesh.halfedge_count() as u32).filter(|&h| mesh.canonical(h) == h)
+fn edges(mesh: &EditableMesh) -> impl Iterator<Item = Halfedge> + '_ {
+    mesh.halfedges().filter(|&h| mesh.canonical(h) == h)
 }
 
 /// Ends of an edge, then its opposite corners, left and right.
-fn diamond(mesh: &EditableMesh, h: u32) -> [DVec3; 4] {
-    let opposite = |h: u32| mesh.tail(previous(h));
+fn diamond(mesh: &EditableMesh, h: Halfedge) -> [DVec3; 4] {
+    let opposite = |h: Halfedge| mesh.tail(h.previous());
     [mesh.tail(h), mesh.tip(h), opposite(h), opposite(mesh.raw_twin(h))].map(|v| mesh.position(v))
 }
 
 /// Whether an edge is not Delaunay, and its flip possible without a fold or a worse face.
-fn is_improving(mesh: &EditableMesh, h: u32, turn: f64) -> bool {
+fn is_improving(mesh: &EditableMesh, h: Halfedge, turn: f64) -> bool {
     if !mesh.is_flippable(h) {
         return false;
     }
@@ -89,7 +89,7 @@ fn is_improving(mesh: &EditableMesh, h: u32, turn: f64) -> bool {
 }
 
 /// Queries in the middle of an edge and of what it would be flipped to.
-fn middles(mesh: &EditableMesh, h: u32) -> [Query; 2] {
+fn middles(mesh: &EditableMesh, h: Halfedge) -> [Query; 2] {
     let [a, b, c, d] = diamond(mesh, h);
     let normal = (cross([a, b, c]) + cross([b, a, d])).try_normalize();
     [a.midpoint(b), c.midpoint(d)].map(|point| Query { normal, ..Query::at(point) })

@@ -11,13 +11,12 @@ mod relaxation;
 mod tests;
 
 use ndf_core::{DVec3, Progress, Surface};
-use ndf_mesh::FacePoint;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::{FacePoint, Vertex};
 
 use crate::editable_mesh::EditableMesh;
 use crate::triangle_shape::{agree, cross, quality};
-use ndf_mesh::halfedge::previous;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,10 +116,10 @@ pub fn improve(
 const TURN: f64 = 0.5;
 
 /// The worst quality around a vertex moved to `position`; `None` if a face would turn too far.
-pub(crate) fn quality_around(mesh: &EditableMesh, v: u32, position: DVec3) -> Option<f64> {
+pub(crate) fn quality_around(mesh: &EditableMesh, v: Vertex, position: DVec3) -> Option<f64> {
     let mut worst = f64::INFINITY;
     for o in mesh.outgoing(v) {
-        let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
+        let [x, y] = [mesh.tip(o), mesh.tail(o.previous())].map(|w| mesh.position(w));
         let (old, new) = (cross([mesh.position(v), x, y]), cross([position, x, y]));
         if old != DVec3::ZERO && old != new && !agree(old, new, TURN) {
             return None;

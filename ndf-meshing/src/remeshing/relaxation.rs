@@ -6,7 +6,7 @@ use super::quality_around;
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::{agree, cross};
-use ndf_mesh::halfedge::previous;
+use ndf_mesh::Vertex;
 
 /// Sweeps over all vertices.
 const SWEEPS: usize = 2;
@@ -20,7 +20,7 @@ const OPEN: f64 = 0.6;
 /// The planes of the faces resist, so that the step is tangential, and along a crease where there is one.
 pub(super) fn relax(mesh: &mut EditableMesh, wanted: f64) {
     for _ in 0..SWEEPS {
-        for v in 0..mesh.vertex_count() as u32 {
+        for v in mesh.vertices() {
             if !mesh.is_boundary_vertex(v) {
                 relax_vertex(mesh, v, wanted);
             }
@@ -28,7 +28,7 @@ pub(super) fn relax(mesh: &mut EditableMesh, wanted: f64) {
     }
 }
 
-fn relax_vertex(mesh: &mut EditableMesh, v: u32, wanted: f64) {
+fn relax_vertex(mesh: &mut EditableMesh, v: Vertex, wanted: f64) {
     let position = mesh.position(v);
     let Some(worst) = quality_around(mesh, v, position).filter(|&q| q < wanted) else { return };
     if !is_open(mesh, v) {
@@ -36,7 +36,7 @@ fn relax_vertex(mesh: &mut EditableMesh, v: u32, wanted: f64) {
     }
     let (mut sum, mut count, mut planes) = (DVec3::ZERO, 0.0, Quadric::default());
     for o in mesh.outgoing(v) {
-        let [x, y] = [mesh.tip(o), mesh.tail(previous(o))].map(|w| mesh.position(w));
+        let [x, y] = [mesh.tip(o), mesh.tail(o.previous())].map(|w| mesh.position(w));
         let cross = cross([position, x, y]);
         let normal = cross.normalize_or_zero();
         sum += x.midpoint(y) + 0.5 * 3.0_f64.sqrt() * normal.cross(y - x);
@@ -47,13 +47,13 @@ fn relax_vertex(mesh: &mut EditableMesh, v: u32, wanted: f64) {
     let steps = [1.0, 0.5, 0.25].map(|share| position.lerp(goal, share));
     let better = |&p: &DVec3| quality_around(mesh, v, p).is_some_and(|q| q > worst * 1.001);
     if let Some(place) = steps.into_iter().find(better) {
-        mesh.positions[v as usize] = place;
+        mesh.positions[v.index()] = place;
     }
 }
 
 /// Whether the faces around a vertex all see the same side. A vertex at the tip of something thin must stay: the
 /// planes along the thin part would not resist its sliding down.
-fn is_open(mesh: &EditableMesh, v: u32) -> bool {
+fn is_open(mesh: &EditableMesh, v: Vertex) -> bool {
     let crosses = || mesh.outgoing(v).map(|o| cross(mesh.corners(o).map(|w| mesh.position(w))));
     let mean: DVec3 = crosses().sum();
     crosses().all(|c| agree(c, mean, OPEN))

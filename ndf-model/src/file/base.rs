@@ -7,7 +7,7 @@ use super::connectivity::{self, BaseOrder};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
-use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::{Halfedge, ManifoldMesh, TriangleMesh, Vertex};
 
 /// How positions and faces are written.
 const PLAIN: u8 = 0;
@@ -84,12 +84,8 @@ fn reordered(mesh: &ManifoldMesh, order: &BaseOrder) -> ManifoldMesh {
     let mut new = vec![0; mesh.vertex_count()];
     order.vertices.iter().zip(0..).for_each(|(&old, v)| new[old as usize] = v);
     let positions = order.vertices.iter().map(|&old| mesh.positions()[old as usize]).collect();
-    let corners = |&first: &u32| [first, mesh.topology().next(first), mesh.topology().previous(first)];
-    let faces = order
-        .faces
-        .iter()
-        .map(|first| corners(first).map(|h| new[mesh.topology().tail(h) as usize]))
-        .collect();
+    let corners = |first: Halfedge| [first, first.next(), first.previous()].map(|h| mesh.topology().tail(h));
+    let faces = order.faces.iter().map(|&first| corners(Halfedge(first)).map(|v| new[v.index()])).collect();
     let mesh = TriangleMesh::new(positions, faces).expect("the vertices are the same");
     ManifoldMesh::try_from(mesh).expect("the connectivity is the same")
 }
@@ -162,11 +158,11 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
 fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[i32; 3]]>) -> Vec<[i32; 3]> {
     let mut models = [Integers::new(), Integers::new(), Integers::new()];
     let mut done: Vec<[i32; 3]> = Vec::with_capacity(base.vertex_count());
-    for v in 0..base.vertex_count() as u32 {
+    for v in base.topology().vertices() {
         let predicted = predict(base, v, &done);
         let mut position = [0; 3];
         for c in 0..3 {
-            let rest = known.map_or(0, |known| known[v as usize][c].wrapping_sub(predicted[c]));
+            let rest = known.map_or(0, |known| known[v.index()][c].wrapping_sub(predicted[c]));
             position[c] = predicted[c].wrapping_add(models[c].code(coder, rest));
         }
         done.push(position);
@@ -176,16 +172,16 @@ fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[
 
 /// The mean of the parallelograms that end in a vertex (Touma & Gotsman 1998); where there is none, of the neighbours
 /// that are known; else the vertex before.
-fn predict(base: &ManifoldMesh, v: u32, done: &[[i32; 3]]) -> [i32; 3] {
+fn predict(base: &ManifoldMesh, v: Vertex, done: &[[i32; 3]]) -> [i32; 3] {
     let mut parallelograms = Mean::default();
     let mut neighbours = Mean::default();
-    let known = |v: u32| done.get(v as usize).map(|p| p.map(i64::from));
+    let known = |v: Vertex| done.get(v.index()).map(|p| p.map(i64::from));
     for h in base.topology().outgoing(v) {
-        let across = base.topology().next(h);
+        let across = h.next();
         let (x, y) = (known(base.topology().tail(across)), known(base.topology().tip(across)));
         [x, y].into_iter().flatten().for_each(|p| neighbours.add(p));
         if let (Some(x), Some(y), Some(twin)) = (x, y, base.topology().twin(across))
-            && let Some(o) = known(base.topology().tail(base.topology().previous(twin)))
+            && let Some(o) = known(base.topology().tail(twin.previous()))
         {
             parallelograms.add([0, 1, 2].map(|c| x[c] + y[c] - o[c]));
         }

@@ -125,8 +125,8 @@ const SPACING_BY_DISTANCE: f64 = 2.0;
 /// The mesh with positions on a grid: as coarse as precision and distance from the surface allow and no face turns by
 /// more than 60°. `None` if faces turn on any.
 fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<ManifoldMesh> {
-    let lengths = (0..base.topology().edge_count() as u32).map(|e| {
-        let [a, b] = base.topology().edge_vertices(e).map(|v| base.positions()[v as usize]);
+    let lengths = base.topology().edges().map(|e| {
+        let [a, b] = base.topology().edge_vertices(e).map(|v| base.positions()[v.index()]);
         a.distance(b)
     });
     let mean = lengths.sum::<f64>() / base.topology().edge_count().max(1) as f64;
@@ -136,7 +136,7 @@ fn on_grid(base: &ManifoldMesh, precision: Precision, distance: f64) -> Option<M
     let first = spacing.log2().floor();
     let normals = |mesh: &ManifoldMesh| -> Vec<DVec3> {
         let mesh = &mesh;
-        (0..mesh.face_count() as u32).map(|f| mesh.face_normal(f)).collect()
+        mesh.face_indices().map(|f| mesh.face_normal(f)).collect()
     };
     let before = normals(base);
     let candidates = (FINEST_GRID..=first.clamp(f64::from(FINEST_GRID), 0.0) as i8).rev();

@@ -52,7 +52,7 @@ fn images(model: &Model) -> Vec<[u64; 3]> {
     let base = model.field.base();
     let mut samples = AreaSampler::new(base).unwrap().sample(1, 0, 0);
     let mut images = Vec::new();
-    for face in 0..base.face_count() as u32 {
+    for face in base.face_indices() {
         // Corners and the centre, in the order of their places.
         for barycentric in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             samples[0].face = face;

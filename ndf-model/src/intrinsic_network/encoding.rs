@@ -5,6 +5,7 @@ use pulp::Simd;
 
 use super::shape::NetworkShape;
 use ndf_core::DVec3;
+use ndf_mesh::Face;
 use ndf_network::encoding;
 
 /// What is needed to encode points of a base mesh: features at its vertices, interpolated (the intrinsic encoding z), and
@@ -50,8 +51,8 @@ impl<'a> IntrinsicEncoding<'a> {
     /// Writes the encoding of the point of `face` with these barycentric coordinates; returns x.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn encode<S: Simd>(&self, simd: S, face: u32, barycentric: [f32; 3], row: &mut [f32]) -> [f32; 3] {
-        let corners = self.faces[face as usize];
+    pub fn encode<S: Simd>(&self, simd: S, face: Face, barycentric: [f32; 3], row: &mut [f32]) -> [f32; 3] {
+        let corners = self.faces[face.index()];
         let d = self.dimension;
         let (z, rest) = row.split_at_mut(d);
         let x = self.interpolate(corners, barycentric, z);
@@ -64,8 +65,8 @@ impl<'a> IntrinsicEncoding<'a> {
     /// coordinates (its entries sum to 0); `row` is the encoding of the point. The same at every point of the face,
     /// but for the positional encoding.
     #[inline(always)]
-    pub fn encode_tangent(&self, face: u32, direction: [f32; 3], row: &[f32], tangent: &mut [f32]) {
-        let corners = self.faces[face as usize];
+    pub fn encode_tangent(&self, face: Face, direction: [f32; 3], row: &[f32], tangent: &mut [f32]) {
+        let corners = self.faces[face.index()];
         let d = self.dimension;
         let (dz, rest) = tangent.split_at_mut(d);
         let dx = self.interpolate(corners, direction, dz);

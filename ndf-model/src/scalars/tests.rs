@@ -92,7 +92,7 @@ fn shapes() -> [ScalarShape; 4] {
 fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FacePoint, k: usize) -> f64 {
     let (network, channel) = (&fields.network, &fields.channels[k]);
     let shape = network.shape();
-    let corners = base.faces()[point.face as usize];
+    let corners = base.faces()[point.face.index()];
     let mut row = vec![0.0; shape.features];
     for (v, b) in corners.into_iter().zip(point.barycentric) {
         let features = &network.features()[v as usize * shape.features..];
@@ -157,13 +157,8 @@ fn a_base_vertex_has_one_value_whichever_face_it_is_asked_in() {
     let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
     for shape in shapes() {
         let fields = random(shape, base.vertex_count());
-        for v in 0..base.vertex_count() as u32 {
-            let corner = |h: u32| {
-                let mut barycentric = [0.0; 3];
-                barycentric[h as usize % 3] = 1.0;
-                FacePoint { face: h / 3, barycentric }
-            };
-            let corners: Vec<FacePoint> = base.topology().outgoing(v).map(corner).collect();
+        for v in base.topology().vertices() {
+            let corners: Vec<FacePoint> = base.topology().outgoing(v).map(FacePoint::at_corner).collect();
             let values = fields.evaluate(&base, &corners);
             for other in values.chunks_exact(3) {
                 assert!(other.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6));

@@ -61,7 +61,7 @@ impl<'a, F: ImplicitField> Filling<'a, F> {
         let counts = spans.to_array().map(|n| n as u32);
         let origin = bounds.center() - 0.5 * side * spans;
         let mut roots = vec![ABSENT; counts.iter().map(|&n| n as usize).product()];
-        for face in 0..mesh.face_count() as u32 {
+        for face in mesh.face_indices() {
             let [a, b, c] = mesh.corner_positions(face);
             let cell = |p: DVec3| ((p - origin) / side).to_array().map(|t| t.floor().max(0.0) as u32);
             let low = cell(a.min(b).min(c) - options.width);

@@ -52,8 +52,7 @@ ndf_core::surface_conformance!(cached, surface());
 /// Points of the base mesh, a little off.
 fn queries() -> Vec<Query> {
     let mesh = base();
-    let faces = 0..mesh.face_count() as u32;
-    faces
+    mesh.face_indices()
         .map(|f| {
             let [a, b, c] = mesh.corner_positions(f);
             let normal = Some(mesh.face_normal(f));

@@ -26,8 +26,7 @@ impl WindingNumber {
     /// Prepares a mesh. Faces with a corner that is not finite are left out. O(n log n) on all threads; about
     /// 150 bytes a triangle.
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let triangles: Vec<[DVec3; 3]> =
-            (0..mesh.face_count() as u32).map(|f| mesh.corner_positions(f)).collect();
+        let triangles: Vec<[DVec3; 3]> = mesh.face_indices().map(|f| mesh.corner_positions(f)).collect();
         let box_of = |corners: &[DVec3; 3]| {
             if corners.iter().all(|p| p.is_finite()) {
                 BoundingBox::of_points(corners)
@@ -131,19 +130,19 @@ impl Packet for Triangles {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use ndf_mesh::shapes;
+    use ndf_mesh::{Face, shapes};
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
 
     fn direct(mesh: &TriangleMesh, p: DVec3) -> f64 {
-        let angle = |f: u32| {
+        let angle = |f: Face| {
             let [a, b, c] = mesh.corner_positions(f).map(|x| x - p);
             let (la, lb, lc) = (a.length(), b.length(), c.length());
             let den = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
             2.0 * a.dot(b.cross(c)).atan2(den)
         };
-        (0..mesh.face_count() as u32).map(angle).sum::<f64>() / (4.0 * PI)
+        mesh.face_indices().map(angle).sum::<f64>() / (4.0 * PI)
     }
 
     fn cloud(mesh: &TriangleMesh, count: usize) -> Vec<DVec3> {

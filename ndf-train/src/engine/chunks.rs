@@ -10,7 +10,7 @@ pub(crate) const CHUNKS: usize = 32;
 /// A part of a batch: whole faces and their samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Chunk {
-    pub(crate) faces: Range<u32>,
+    pub(crate) faces: Range<usize>,
     pub(crate) samples: Range<usize>,
 }
 
@@ -26,11 +26,11 @@ impl Chunks {
             // Up to the first face of which no sample is in this share.
             let share = k * places.len() / count;
             let end_face = match share.checked_sub(1) {
-                _ if k == count => face_count as u32,
-                Some(last) => places[last].face + 1,
+                _ if k == count => face_count,
+                Some(last) => places[last].face.index() + 1,
                 None => 0,
             };
-            let end = places.partition_point(|place| place.face < end_face);
+            let end = places.partition_point(|place| place.face.index() < end_face);
             Chunk {
                 faces: std::mem::replace(&mut face, end_face)..end_face,
                 samples: std::mem::replace(&mut start, end)..end,

@@ -7,7 +7,7 @@ pub(crate) mod optimiser;
 
 use std::ops::Range;
 
-use ndf_mesh::ManifoldMesh;
+use ndf_mesh::{Halfedge, ManifoldMesh};
 use ndf_model::NetworkShape;
 use ndf_model::intrinsic_network::{IntrinsicEncoding, single};
 use ndf_network::{Gradients, Mlp, Packed};
@@ -27,7 +27,7 @@ pub(crate) struct Engine {
     faces: Vec<[u32; 3]>,
     positions: Vec<[f32; 3]>,
     /// Half-edges out of every vertex: `3 f + c` for its corner c of face f.
-    incident: Vec<Vec<u32>>,
+    incident: Vec<Vec<Halfedge>>,
     /// What is learned as losses see it, where numbers are rounded.
     rounded: Rounded,
     pub(crate) packed: Packed,
@@ -58,9 +58,7 @@ impl Engine {
             shape: shape.clone(),
             faces: base.faces().to_vec(),
             positions: single(base.positions()),
-            incident: (0..base.vertex_count() as u32)
-                .map(|v| base.topology().outgoing(v).collect())
-                .collect(),
+            incident: base.topology().vertices().map(|v| base.topology().outgoing(v).collect()).collect(),
             rounded: Rounded::default(),
             packed: Packed::new(mlp),
             by_parameters: vec![0.0; mlp.parameters().len()],
@@ -148,7 +146,7 @@ impl Engine {
 /// Sums of the gradients by the features, corner by corner.
 pub(crate) struct CornerGradients<'a> {
     /// The face whose corners come first in `by_corner`.
-    pub(crate) first_face: u32,
+    pub(crate) first_face: usize,
     /// d floats a corner.
     pub(crate) by_corner: &'a mut [f32],
     pub(crate) encoding: IntrinsicEncoding<'a>,
@@ -169,7 +167,7 @@ impl CornerGradients<'_> {
             return;
         }
         for (place, row) in places.iter().zip(rows.chunks_exact(stride)) {
-            let face = (place.face - self.first_face) as usize;
+            let face = place.face.index() - self.first_face;
             self.encoding.add_to_corners(weights(place), row, &mut self.by_corner[3 * face * d..]);
         }
     }

@@ -1,5 +1,6 @@
 //! Adam (Kingma & Ba 2015).
 
+use ndf_mesh::Halfedge;
 use rayon::prelude::*;
 
 const BETA_1: f32 = 0.9;
@@ -83,7 +84,7 @@ pub(crate) struct FeatureUpdate<'a> {
     /// Features a vertex.
     pub(crate) dimension: usize,
     /// Corners of every vertex: `3 f + c` for its corner c of face f.
-    pub(crate) incident: &'a [Vec<u32>],
+    pub(crate) incident: &'a [Vec<Halfedge>],
     /// `dimension` floats a corner.
     pub(crate) corner_gradients: &'a [f32],
 }
@@ -112,7 +113,7 @@ impl FeatureUpdate<'_> {
 
     /// Moves the features of one vertex, in groups of eight and single ones at the end.
     #[inline(always)]
-    fn vertex(&self, features: &mut [f32], first: &mut [f32], second: &mut [f32], incident: &[u32]) {
+    fn vertex(&self, features: &mut [f32], first: &mut [f32], second: &mut [f32], incident: &[Halfedge]) {
         let whole = self.dimension - self.dimension % 8;
         for k in (0..whole).step_by(8) {
             self.group::<8>(features, first, second, incident, k);
@@ -128,12 +129,12 @@ impl FeatureUpdate<'_> {
         features: &mut [f32],
         first: &mut [f32],
         second: &mut [f32],
-        incident: &[u32],
+        incident: &[Halfedge],
         k: usize,
     ) {
         let mut gradient = [0.0; N];
         for &corner in incident {
-            let from = &self.corner_gradients[corner as usize * self.dimension + k..][..N];
+            let from = &self.corner_gradients[corner.index() * self.dimension + k..][..N];
             for (to, from) in gradient.iter_mut().zip(from) {
                 *to += from;
             }

@@ -10,6 +10,7 @@ use crate::objective::Place;
 use crate::objective::origin::Origin;
 use crate::settings::ReverseMap;
 use crate::tape::Var;
+use ndf_mesh::Face;
 
 /// What the definition computes with.
 pub(super) trait Number:
@@ -122,14 +123,14 @@ type Encoded<T> = (Vec<T>, Vector<T>);
 fn encoding<T: Number>(
     e: &Case,
     features: &[T],
-    face: u32,
+    face: Face,
     at: Vector<T>,
     along: Vector<T>,
 ) -> [Encoded<T>; 2] {
     let zero = T::from(0.0);
     let (mut z, mut dz) = (vec![zero; FEATURES], vec![zero; FEATURES]);
     let (mut x, mut dx) = ([zero; 3], [zero; 3]);
-    for (c, v) in e.base.faces[face as usize].iter().enumerate() {
+    for (c, v) in e.base.faces[face.index()].iter().enumerate() {
         for k in 0..FEATURES {
             let feature = features[*v as usize * FEATURES + k];
             z[k] = z[k] + at[c] * feature;
@@ -158,7 +159,7 @@ fn g<T: Number>(
     e: &Case,
     features: &[T],
     theta: &[T],
-    face: u32,
+    face: Face,
     at: Vector<T>,
     along: Vector<T>,
 ) -> Point<T> {
@@ -200,7 +201,7 @@ pub(super) fn loss<T: Number>(e: &Case, weights: Weights, features: &[T], theta:
     let square = |v: Vector<T>| dot(v, v);
     let mut total = T::from(0.0);
     for ((place, target), origin) in e.places.iter().zip(&e.targets).zip(&e.origins) {
-        let [u, v] = e.base.frames[place.face as usize];
+        let [u, v] = e.base.frames[place.face.index()];
         let along = |d: [f32; 3]| g(e, features, theta, place.face, wide(place.barycentric), wide(d));
         let (Point { z, x, y, along: ju }, Point { along: jv, .. }) = (along(u), along(v));
         let cycle = square(minus(reverse(e, phi, y, origin), x));

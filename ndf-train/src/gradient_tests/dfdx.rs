@@ -144,7 +144,7 @@ fn combined(
     let mut x = vec![0.0; 3 * SAMPLES];
     let mut corner = |c: usize| {
         let indices: [usize; SAMPLES] =
-            std::array::from_fn(|s| e.base.faces[e.places[s].face as usize][c] as usize);
+            std::array::from_fn(|s| e.base.faces[e.places[s].face.index()][c] as usize);
         let of_corner: Vec<f32> = e.places.iter().map(|s| weights(s)[c]).collect();
         for (s, v) in indices.iter().enumerate() {
             for k in 0..3 {
@@ -194,7 +194,7 @@ fn on_tape(e: &Case, weights: Weights) -> (f64, [Vec<f64>; 3]) {
     let Applied { output, sides } = theta.apply(&ones, first);
     let y = output + x.clone();
     let tangent = |k: usize| {
-        let (dz, dx) = combined(e, &features, |s| e.base.frames[s.face as usize][k]);
+        let (dz, dx) = combined(e, &features, |s| e.base.frames[s.face.index()][k]);
         let first = dz.matmul(of_z()) + encoded_tangent(&x, &dx, OCTAVES, &theta.first, FEATURES);
         theta.apply_tangent(&sides, first) + dx
     };

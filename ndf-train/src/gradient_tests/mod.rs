@@ -9,8 +9,8 @@ mod tape;
 use std::sync::Arc;
 
 use ndf_core::glam::Vec3;
-use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
+use ndf_mesh::{Face, ManifoldMesh};
 use ndf_model::file::BaseOrder;
 use ndf_model::intrinsic_network::IntrinsicEncoding;
 use ndf_model::{FieldShape, NetworkShape};
@@ -133,7 +133,7 @@ fn case(weights: Weights, reverse_map: ReverseMap, activation: Activation) -> Ca
     for _ in 0..SAMPLES {
         let mut place = || {
             let (a, b) = (rng.random_range(0.0..0.5_f32), rng.random_range(0.0..0.5_f32));
-            Place { face: rng.random_range(0..80), barycentric: [1.0 - a - b, a, b] }
+            Place { face: Face(rng.random_range(0..80)), barycentric: [1.0 - a - b, a, b] }
         };
         places.push(place());
         let place = place();

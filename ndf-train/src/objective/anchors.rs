@@ -37,7 +37,7 @@ impl Term for Anchors {
     fn state(&self) -> Value {
         let mut sum = crc32fast::Hasher::new();
         for (place, target) in self.points.places.iter().zip(&self.points.targets) {
-            sum.update(&place.face.to_le_bytes());
+            sum.update(&place.face.0.to_le_bytes());
             let numbers = place.barycentric.into_iter().chain(target.foot.to_array());
             numbers.for_each(|x| sum.update(&x.to_le_bytes()));
         }

@@ -3,7 +3,7 @@
 use std::any::Any;
 
 use ndf_core::glam::Vec3;
-use ndf_mesh::FacePoint;
+use ndf_mesh::{FacePoint, Halfedge, Vertex};
 use ndf_model::intrinsic_network::IntrinsicEncoding;
 use ndf_network::{Activations, Packed};
 
@@ -63,19 +63,19 @@ impl Block<'_> {
     /// Where sample i is on the base mesh.
     pub fn face_point(&self, i: usize) -> FacePoint {
         let Place { face, barycentric } = self.places[i];
-        let first = self.mesh.order.faces[face as usize] as usize;
+        let first = Halfedge(self.mesh.order.faces[face.index()]);
         let mut turned = [0.0; 3];
         for (c, b) in barycentric.into_iter().enumerate() {
-            turned[(first + c) % 3] = f64::from(b);
+            turned[(first.corner() + c) % 3] = f64::from(b);
         }
-        FacePoint { face: first as u32 / 3, barycentric: turned }
+        FacePoint { face: first.face(), barycentric: turned }
     }
 
     /// The base vertices around sample i and their weights: its barycentric coordinates.
-    pub fn corners(&self, i: usize) -> [(u32, f32); 3] {
+    pub fn corners(&self, i: usize) -> [(Vertex, f32); 3] {
         let Place { face, barycentric } = self.places[i];
-        let corners = self.mesh.faces[face as usize];
-        [0, 1, 2].map(|c| (self.mesh.order.vertices[corners[c] as usize], barycentric[c]))
+        let corners = self.mesh.faces[face.index()];
+        [0, 1, 2].map(|c| (Vertex(self.mesh.order.vertices[corners[c] as usize]), barycentric[c]))
     }
 
     /// The value at sample i of a function that is given at the vertices of the base mesh.
@@ -83,12 +83,12 @@ impl Block<'_> {
     /// # Panics
     /// If there are not as many values as vertices.
     pub fn interpolate(&self, i: usize, at_vertices: &[f32]) -> f32 {
-        self.corners(i).iter().map(|&(v, weight)| weight * at_vertices[v as usize]).sum()
+        self.corners(i).iter().map(|&(v, weight)| weight * at_vertices[v.index()]).sum()
     }
 
     /// An orthonormal, right-handed frame (u, v) of the base face of sample i: zero where the face has no area.
     pub fn frame(&self, i: usize) -> [Vec3; 2] {
-        let face = self.places[i].face as usize;
+        let face = self.places[i].face.index();
         let corners = self.mesh.faces[face].map(|v| Vec3::from(self.mesh.positions[v as usize]));
         self.mesh.frames[face].map(|[a, b, c]| a * corners[0] + b * corners[1] + c * corners[2])
     }

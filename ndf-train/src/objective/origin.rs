@@ -68,7 +68,7 @@ pub(crate) fn inverse_origins(
 fn closest(tree: &TriangleTree, points: &[DVec3], near: &[FacePoint]) -> Vec<FacePoint> {
     let pairs = points.par_iter().zip(near).with_min_len(256);
     let find = |(&point, near): (&DVec3, &FacePoint)| {
-        let found = tree.closest_point(point, Hint(near.face));
+        let found = tree.closest_point(point, Hint(near.face.0));
         found.map_or(*near, |c| c.at)
     };
     pairs.map(find).collect()

@@ -1,11 +1,11 @@
 //! Where samples are.
 
-use ndf_mesh::FacePoint;
+use ndf_mesh::{Face, FacePoint};
 
 /// A point of the stored base mesh, in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
-    pub(crate) face: u32,
+    pub(crate) face: Face,
     pub(crate) barycentric: [f32; 3],
 }
 

@@ -2,8 +2,8 @@
 
 use ndf_core::DVec3;
 use ndf_core::glam::Vec3;
-use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
+use ndf_mesh::{Face, ManifoldMesh};
 use ndf_model::file::StoredBase;
 use ndf_model::intrinsic_network::IntrinsicEncoding;
 use ndf_model::{FieldShape, NetworkShape};
@@ -66,7 +66,7 @@ fn value(term: &dyn Term, u: Vec3, v: Vec3, target: Target) -> (f64, [Vec3; 3]) 
         tangents: [&[u], &[v]],
         targets: &[target],
         network: None,
-        places: &[Place { face: 0, barycentric: [1.0, 0.0, 0.0] }],
+        places: &[Place { face: Face(0), barycentric: [1.0, 0.0, 0.0] }],
         mesh: &base,
         encoding: IntrinsicEncoding::new(&base.faces, &base.positions, &[], &shape),
         rows: &[],

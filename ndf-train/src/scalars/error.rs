@@ -3,6 +3,7 @@
 use ndf_model::scalars::ScalarsError;
 
 use crate::settings::SettingsError;
+use ndf_mesh::Face;
 
 /// Why scalar fields were not learned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -38,7 +39,7 @@ pub enum ScalarError {
     NoBaseArea,
     /// The model's field is not finite.
     #[error("the field of the model is not finite on base face {0}")]
-    FieldNotFinite(u32),
+    FieldNotFinite(Face),
     /// The mesh of the values is somewhere else.
     #[error(
         "the mesh of the values is not one of the model's surface: it is {distance:.3} away (root mean square)"

@@ -104,7 +104,7 @@ impl Values {
                     self.tree.closest_point(p, hint).expect("the tree has faces, and the point is finite");
                 hint = closest.hint();
                 let weights = closest.at.barycentric.map(|b| b as f32);
-                (Foot { corners: self.faces[closest.at.face as usize], weights }, closest.distance_squared)
+                (Foot { corners: self.faces[closest.at.face.index()], weights }, closest.distance_squared)
             })
         });
         let (feet, distances_squared) = found.collect::<Vec<_>>().into_iter().unzip();
@@ -115,8 +115,8 @@ impl Values {
 /// A third of the area of the faces around every vertex; faces that are not finite count for nothing.
 fn vertex_areas(mesh: &TriangleMesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.vertex_count()];
-    for (face, corners) in mesh.faces().iter().enumerate() {
-        let area = mesh.face_area(face as u32);
+    for (face, corners) in mesh.face_indices().zip(mesh.faces()) {
+        let area = mesh.face_area(face);
         if area.is_finite() {
             corners.iter().for_each(|&v| areas[v as usize] += area / 3.0);
         }

@@ -1,11 +1,13 @@
 //! The machine: fronts, and what is visited.
 
 use super::super::range_coder::{Bit, Coder, Integers};
-use ndf_mesh::NO_HALFEDGE;
 
 /// Steps along fronts a face. A mesh of n faces meets itself rarely and has fronts of some √n edges; a hostile file must
 /// not send the machine around and around.
 const STEPS_PER_FACE: usize = 1024;
+
+/// Stands for the node of a half-edge that no front holds.
+const NO_NODE: u32 = u32::MAX;
 
 /// What lies across the gate from node `a` to node `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,7 +176,7 @@ impl Machine {
     /// Returns its first half-edge.
     fn add_face(&mut self, face: [u32; 3]) -> u32 {
         face.iter().for_each(|&v| self.degrees[v as usize] += 1);
-        self.owners.extend([NO_HALFEDGE; 3]);
+        self.owners.extend([NO_NODE; 3]);
         self.faces.push(face);
         3 * (self.faces.len() as u32 - 1)
     }

@@ -3,8 +3,8 @@
 use super::super::range_coder::{Decoder, Encoder};
 use super::*;
 use ndf_core::DVec3;
-use ndf_mesh::TriangleMesh;
 use ndf_mesh::shapes;
+use ndf_mesh::{Halfedge, TriangleMesh, Vertex};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -18,9 +18,9 @@ fn round_trip(mesh: &ManifoldMesh) -> (usize, BaseOrder, Vec<[u32; 3]>) {
     let (faces, vertices) = decode(&mut decoder, mesh.face_count()).unwrap();
     assert_eq!(vertices, mesh.vertex_count());
     for (face, &first) in faces.iter().zip(&order.faces) {
-        let corners = [first, mesh.topology().next(first), mesh.topology().previous(first)]
-            .map(|h| mesh.topology().tail(h));
-        assert_eq!(face.map(|v| order.vertices[v as usize]), corners);
+        let first = Halfedge(first);
+        let corners = [first, first.next(), first.previous()].map(|h| mesh.topology().tail(h));
+        assert_eq!(face.map(|v| Vertex(order.vertices[v as usize])), corners);
     }
     (bytes.len(), order, faces)
 }

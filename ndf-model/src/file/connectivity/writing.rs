@@ -2,18 +2,20 @@
 
 use super::machine::{Guide, Machine, Step};
 use super::order::BaseOrder;
-use ndf_mesh::ManifoldMesh;
-use ndf_mesh::NO_HALFEDGE;
+use ndf_mesh::{Face, Halfedge, ManifoldMesh, Vertex};
 
-/// A mesh whose connectivity is written.
+/// Stands for the number of what is not visited yet.
+const NOT_VISITED: u32 = u32::MAX;
+
+/// A mesh whose connectivity is written. The machine numbers faces, half-edges and vertices as it visits them.
 pub(super) struct Writing<'a> {
     mesh: &'a ManifoldMesh,
     pub(super) order: BaseOrder,
-    /// Of every face of the mesh, the half-edge in its own numbering that became the first of the new face; and that
-    /// face. [`NO_HALFEDGE`] before it is visited.
+    /// What every face of the mesh is to the machine; [`NOT_VISITED`] before it is visited.
     new_faces: Vec<u32>,
+    /// The same of every vertex.
     new_vertices: Vec<u32>,
-    next_component: u32,
+    next_component: Face,
 }
 
 impl<'a> Writing<'a> {
@@ -21,41 +23,41 @@ impl<'a> Writing<'a> {
         Self {
             mesh,
             order: BaseOrder::default(),
-            new_faces: vec![NO_HALFEDGE; mesh.face_count()],
-            new_vertices: vec![NO_HALFEDGE; mesh.vertex_count()],
-            next_component: 0,
+            new_faces: vec![NOT_VISITED; mesh.face_count()],
+            new_vertices: vec![NOT_VISITED; mesh.vertex_count()],
+            next_component: Face(0),
         }
     }
 
-    fn is_visited(&self, halfedge: u32) -> bool {
-        self.new_faces[halfedge as usize / 3] != NO_HALFEDGE
+    fn is_visited(&self, halfedge: Halfedge) -> bool {
+        self.new_faces[halfedge.face().index()] != NOT_VISITED
     }
 
     /// The mesh's half-edge of the machine's.
-    fn old(&self, new: u32) -> u32 {
-        let first = self.order.faces[new as usize / 3];
-        3 * (first / 3) + (first + new) % 3
+    fn old(&self, new: u32) -> Halfedge {
+        let first = Halfedge(self.order.faces[new as usize / 3]);
+        first.face().halfedge((first.corner() + new as usize) % 3)
     }
 
     /// The machine's half-edge of the mesh's.
-    fn new_halfedge(&self, old: u32) -> u32 {
-        let face = self.new_faces[old as usize / 3];
-        let first = self.order.faces[face as usize];
-        3 * face + (old + 3 - first % 3) % 3
+    fn new_halfedge(&self, old: Halfedge) -> u32 {
+        let face = self.new_faces[old.face().index()];
+        let first = Halfedge(self.order.faces[face as usize]);
+        3 * face + (old.corner() + 3 - first.corner()) as u32 % 3
     }
 
-    fn take_face(&mut self, first: u32) {
-        self.new_faces[first as usize / 3] = self.order.faces.len() as u32;
-        self.order.faces.push(first);
+    fn take_face(&mut self, first: Halfedge) {
+        self.new_faces[first.face().index()] = self.order.faces.len() as u32;
+        self.order.faces.push(first.0);
     }
 
-    fn take_vertex(&mut self, vertex: u32) {
-        self.new_vertices[vertex as usize] = self.order.vertices.len() as u32;
-        self.order.vertices.push(vertex);
+    fn take_vertex(&mut self, vertex: Vertex) {
+        self.new_vertices[vertex.index()] = self.order.vertices.len() as u32;
+        self.order.vertices.push(vertex.0);
     }
 
     /// The node of the machine at whose wedge the face to come has its corner, where half-edge `out` leaves.
-    fn node_at(&self, machine: &Machine, out: u32) -> Option<u32> {
+    fn node_at(&self, machine: &Machine, out: Halfedge) -> Option<u32> {
         let mesh = self.mesh;
         // Towards the faces before `out`, then towards those behind.
         let mut h = out;
@@ -64,14 +66,14 @@ impl<'a> Writing<'a> {
                 let before = machine.owners[self.new_halfedge(twin) as usize];
                 return Some(machine.node(before).next);
             }
-            h = mesh.topology().next(twin);
+            h = twin.next();
         }
-        h = mesh.topology().previous(out);
+        h = out.previous();
         while let Some(twin) = mesh.topology().twin(h) {
             if self.is_visited(twin) {
                 return Some(machine.owners[self.new_halfedge(twin) as usize]);
             }
-            h = mesh.topology().previous(twin);
+            h = twin.previous();
         }
         None
     }
@@ -115,11 +117,11 @@ impl<'a> Writing<'a> {
 
 impl Guide for Writing<'_> {
     fn begin(&mut self) {
-        while self.is_visited(3 * self.next_component) {
-            self.next_component += 1;
+        while self.is_visited(self.next_component.halfedge(0)) {
+            self.next_component.0 += 1;
         }
-        self.take_face(3 * self.next_component);
-        for v in self.mesh.faces()[self.next_component as usize] {
+        self.take_face(self.next_component.halfedge(0));
+        for v in self.mesh.topology().face_vertices(self.next_component) {
             self.take_vertex(v);
         }
     }
@@ -129,9 +131,9 @@ impl Guide for Writing<'_> {
         let Some(twin) = self.mesh.topology().twin(self.old(machine.node(gate).halfedge)) else {
             return Step::Border;
         };
-        let out = self.mesh.topology().previous(twin);
+        let out = twin.previous();
         let vertex = self.mesh.topology().tail(out);
-        if self.new_vertices[vertex as usize] == NO_HALFEDGE {
+        if self.new_vertices[vertex.index()] == NOT_VISITED {
             self.take_face(twin);
             self.take_vertex(vertex);
             return Step::New;
