@@ -17,12 +17,14 @@ const STRICT: &[&str] = &[
     "ndf",
     "ndf-cli",
     "ndf-core",
+    "ndf-formats",
     "ndf-geodesic",
     "ndf-intrinsic",
     "ndf-mesh",
     "ndf-meshing",
     "ndf-model",
     "ndf-network",
+    "ndf-surfaces",
     "ndf-testing",
 ];
 

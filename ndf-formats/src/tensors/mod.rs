@@ -12,6 +12,7 @@
 
 #[cfg(feature = "zip")]
 mod archive;
+mod array;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 pub mod made;

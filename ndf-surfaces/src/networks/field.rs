@@ -3,18 +3,10 @@
 use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
 use super::graph::Graph;
-use super::layouts::{LayoutError, Recognised, siren_of_flat_file};
+use super::layouts::{Latent, LayoutError, Quantity, Recognised, recognise, siren_of_flat_file};
 use crate::level_set::LevelSearch;
 use crate::levels::density_level;
-
-/// What a network's output means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// A signed distance, or an occupancy seen as one: the surface is at 0.
-    Distance,
-    /// A density, before it is cut off at 0: large inside.
-    Density,
-}
+use ndf_formats::tensors::TensorFile;
 
 /// A scalar field that is a network.
 #[derive(Clone, Debug)]
@@ -34,6 +26,14 @@ const BORDER: usize = 12;
 const TOLERANCE: f64 = 1e-6;
 
 impl NeuralField {
+    /// The network in a checkpoint. A decoder of many shapes needs a code; other networks ignore it.
+    ///
+    /// # Errors
+    /// See [`LayoutError`].
+    pub fn from_tensors(file: &TensorFile, latent: Option<&Latent>) -> Result<Self, LayoutError> {
+        recognise(file, latent).and_then(Self::from_recognised)
+    }
+
     pub(super) fn from_recognised(found: Recognised) -> Result<Self, LayoutError> {
         let Recognised { graph, layout, quantity, bounds } = found;
         if !graph.is_finite() {

@@ -18,9 +18,9 @@ mod tests;
 
 pub use activation::Activation;
 pub use encoding::Encoding;
-pub use field::{NeuralField, Quantity};
+pub use field::NeuralField;
 pub use graph::{Dense, Graph, NodeId};
 pub use hash_grid::{HashGrid, HashGridShape};
-pub use layouts::{Latent, LayoutError};
+pub use layouts::{Latent, LayoutError, Quantity};
 #[cfg(feature = "instant-ngp")]
 pub use snapshot::is_snapshot;

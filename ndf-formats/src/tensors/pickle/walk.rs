@@ -1,6 +1,7 @@
 //! From the graph of objects to named tensors.
 
-use super::super::{Contents, Element, Tensor, TensorError, damaged, npy};
+use super::super::array::{array, parse_kind};
+use super::super::{Contents, Element, Tensor, TensorError, damaged};
 use super::{Id, Object, Pickle};
 
 /// Containers in containers that are looked into.
@@ -160,10 +161,10 @@ impl Walk<'_, '_> {
             // An array of objects.
             Object::List(_) => self.visit(data, path, depth + 1),
             Object::Bytes(bytes) => {
-                let Some((element, _)) = npy::parse_kind(code) else {
+                let Some((element, _)) = parse_kind(code) else {
                     return Err(TensorError::Kind { name: path.to_owned(), kind: code.clone() });
                 };
-                let tensor = npy::array(shape, element, *big_endian, by_columns, bytes);
+                let tensor = array(shape, element, *big_endian, by_columns, bytes);
                 let tensor = tensor.ok_or_else(|| damaged(format!("array {path} is cut off")))?;
                 self.account(path, tensor.values.len(), tensor.values.len())?;
                 self.insert(path, Some(tensor));

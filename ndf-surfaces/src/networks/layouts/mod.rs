@@ -10,7 +10,6 @@ mod state;
 use ndf_core::{BoundingBox, DVec3};
 
 use super::graph::Graph;
-use super::{NeuralField, Quantity};
 use ndf_formats::tensors::{Tensor, TensorFile};
 use state::State;
 
@@ -66,6 +65,15 @@ const KNOWN: &str = "NeuS and IDR (lin0.weight_v, …), SDFStudio (glin0.weight_
     SIREN (net.net.0.0.weight or net.0.linear.weight, …), multilayer perceptrons (0000.dense.A, dense/kernel:0, \
     net.0.weight, …)";
 
+/// What a network's output means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A signed distance, or an occupancy seen as one: the surface is at 0.
+    Distance,
+    /// A density, before it is cut off at 0: large inside.
+    Density,
+}
+
 /// A network and what it means.
 pub(super) struct Recognised {
     pub(super) graph: Graph,
@@ -97,14 +105,4 @@ fn names(file: &TensorFile) -> String {
     let more = names.len().saturating_sub(12);
     names.truncate(12);
     if more > 0 { format!("{} and {more} more", names.join(", ")) } else { names.join(", ") }
-}
-
-impl NeuralField {
-    /// The network in a checkpoint. A decoder of many shapes needs a code; other networks ignore it.
-    ///
-    /// # Errors
-    /// See [`LayoutError`].
-    pub fn from_tensors(file: &TensorFile, latent: Option<&Latent>) -> Result<Self, LayoutError> {
-        recognise(file, latent).and_then(Self::from_recognised)
-    }
 }
