@@ -4,7 +4,7 @@ use ndf_core::DVec3;
 
 use ndf_core::BoundingBox;
 
-use crate::Face;
+use crate::{Face, Vertex};
 
 /// Vertex positions and faces as read from a file or made by an algorithm. Indices are in range; nothing else
 /// is promised. Past [`ManifoldMesh::try_from`](crate::ManifoldMesh) everything is.
@@ -16,12 +16,12 @@ pub struct TriangleMesh {
 
 /// A face names a vertex that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("face {face} names vertex {index}, but there are {vertices} vertices")]
+#[error("face {face} names vertex {vertex}, but there are {vertices} vertices")]
 pub struct FaceIndexOutOfRange {
     /// The face.
-    pub face: usize,
-    /// The index it names.
-    pub index: u32,
+    pub face: Face,
+    /// The vertex it names.
+    pub vertex: Vertex,
     /// How many vertices there are.
     pub vertices: usize,
 }
@@ -33,8 +33,9 @@ impl TriangleMesh {
     /// If a face names a vertex that does not exist.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Result<Self, FaceIndexOutOfRange> {
         for (face, corners) in faces.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&v| v as usize >= positions.len()) {
-                return Err(FaceIndexOutOfRange { face, index, vertices: positions.len() });
+            if let Some(&v) = corners.iter().find(|&&v| v as usize >= positions.len()) {
+                let (face, vertex) = (Face::new(face), Vertex(v));
+                return Err(FaceIndexOutOfRange { face, vertex, vertices: positions.len() });
             }
         }
         Ok(Self { positions, faces })
