@@ -23,7 +23,7 @@ pub struct ManifoldMesh {
 }
 
 /// Why a mesh is no [`ManifoldMesh`]: the full report.
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("not an oriented manifold: {}", .0.manifold_defects())]
 pub struct NotManifold(pub Box<ValidationReport>);
 

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use ndf_core::Hint;
-use ndf_mesh::io::atomic_write;
+use ndf_mesh::io::{FileDefect, atomic_write};
 use ndf_model::Model;
-use ndf_model::file::{BaseOrder, Grids};
+use ndf_model::file::{BaseOrder, Grids, ModelError};
 use ndf_network::Mlp;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::engine::optimiser::Moments;
 use crate::error::TrainError;
 use crate::objective::Cycle;
 use crate::plan::TermRecord;
-use crate::settings::Settings;
+use crate::settings::{Settings, SettingsError};
 
 const MAGIC: &[u8; 8] = b"ndfchk1\n";
 
@@ -96,9 +96,18 @@ pub enum CheckpointError {
     /// The file cannot be read or written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// Not a checkpoint, or a damaged one.
+    /// Not a checkpoint.
+    #[error("not a usable checkpoint: the magic number is wrong")]
+    Magic,
+    /// The file is damaged, or of another version.
     #[error("not a usable checkpoint: {0}")]
-    Content(String),
+    Content(#[from] FileDefect),
+    /// Its model is damaged.
+    #[error("not a usable checkpoint: {0}")]
+    Model(#[from] ModelError),
+    /// Its settings are out of range.
+    #[error("not a usable checkpoint: {0}")]
+    Settings(#[from] SettingsError),
 }
 
 /// The part of a checkpoint that is words and counts.
@@ -199,25 +208,26 @@ impl Checkpoint {
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, CheckpointError> {
-        let content = |what: &str| CheckpointError::Content(what.to_owned());
-        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| content("the magic number is wrong"))?;
-        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(|| content("it is truncated"))?;
+        let truncated = || FileDefect::Truncated("it is truncated".into());
+        let mismatch = |text: &'static str| FileDefect::Mismatch(text.into());
+        let rest = bytes.strip_prefix(MAGIC).ok_or(CheckpointError::Magic)?;
+        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(truncated)?;
         if crc32fast::hash(rest) != u32::from_le_bytes(*sum) {
-            return Err(content("its checksum does not match"));
+            return Err(FileDefect::Checksum("its checksum").into());
         }
         // The checksum holds: what follows was written by this program, of this or another version.
         let mut rest = rest;
         let mut take = |n: usize| {
-            let (head, tail) = rest.split_at_checked(n).ok_or_else(|| content("it is truncated"))?;
+            let (head, tail) = rest.split_at_checked(n).ok_or_else(truncated)?;
             rest = tail;
             Ok::<&[u8], CheckpointError>(head)
         };
         let length = u64::from_le_bytes(*take(8)?.first_chunk().expect("eight bytes were taken"));
         let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
-            .map_err(|e| content(&format!("its header is of another version ({e})")))?;
+            .map_err(|e| FileDefect::Unsupported(format!("its header is of another version ({e})").into()))?;
         let settings = header.settings;
-        settings.validate().map_err(|e| content(&e.to_string()))?;
-        let model = Model::from_bytes(take(header.model_bytes)?).map_err(|e| content(&e.to_string()))?;
+        settings.validate()?;
+        let model = Model::from_bytes(take(header.model_bytes)?)?;
         let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
         let mut integers = |count: usize| -> Result<Vec<u32>, CheckpointError> {
             Ok(words(take(count.saturating_mul(4))?).into_iter().map(u32::from_le_bytes).collect())
@@ -240,23 +250,24 @@ impl Checkpoint {
             companions.push(Companion { name, parameters, moments });
         }
         if !rest.is_empty() {
-            return Err(content("there are bytes after its end"));
+            return Err(FileDefect::TrailingBytes("its end").into());
         }
-        let mlp =
-            Mlp::new(settings.field.mlp(), theta).map_err(|_| content("its network has another shape"))?;
+        let mlp = Mlp::new(settings.field.mlp(), theta);
+        let mlp = mlp.map_err(|_| mismatch("its network has another shape"))?;
         let reverse = companions.iter().find(|c| c.name == Cycle::NAME).map(|c| c.parameters.len());
         let expected = settings.reverse_network().map(|shape| shape.parameter_count());
         let not_begun = header.epoch == 0 && reverse.is_none();
         if reverse != expected && !not_begun {
-            return Err(content("its reverse map has another shape"));
+            return Err(mismatch("its reverse map has another shape").into());
         }
-        let time = Duration::try_from_secs_f64(header.seconds)
-            .map_err(|e| content(&format!("it says that training took {} s ({e})", header.seconds)))?;
+        let time = Duration::try_from_secs_f64(header.seconds).map_err(|e| {
+            FileDefect::Value(format!("it says that training took {} s ({e})", header.seconds).into())
+        })?;
         if features.len() != model.field.network().features().len() {
-            return Err(content("its features do not fit its base mesh"));
+            return Err(mismatch("its features do not fit its base mesh").into());
         }
         if hints.len() != settings.samples || model.field.shape() != settings.field {
-            return Err(content("its parts have different sizes"));
+            return Err(mismatch("its parts have different sizes").into());
         }
         let learned = Learned { features, mlp, moments: [of_features, of_theta], grids: header.grids };
         let state = State { learned, companions, epoch: header.epoch, rate_factor: header.rate_factor };

@@ -27,6 +27,7 @@ pub mod analysis;
 pub mod band;
 pub mod base;
 pub mod describe;
+mod error;
 pub mod figures;
 pub mod files;
 mod fit;
@@ -40,6 +41,7 @@ pub mod scalars;
 pub mod text;
 mod triangulated;
 
+pub use error::Error;
 pub use files::{begins_as_model, read_mesh, read_model};
 pub use fit::{Fit, FitError, Fitted};
 pub use kind::{Kind, UnknownKind};

@@ -223,7 +223,7 @@ fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
     let name = path.display();
     Checkpoint::read(path).map_err(|e| match e {
         CheckpointError::Io(e) => Failure::new(format!("cannot read the checkpoint {name}: {e}")),
-        CheckpointError::Content(_) => Failure::new(format!("{name} is {e}"))
+        e => Failure::new(format!("{name} is {e}"))
             .try_instead("a run of `ndf fit` that is interrupted leaves one"),
     })
 }

@@ -6,15 +6,15 @@ use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordName};
 use ndf_core::DVec3;
 use ndf_core::glam::DQuat;
 
-use super::{Parsed, RawCloud};
+use super::{FileDefect, Parsed, RawCloud};
 
 /// Reads all scans of a file, each moved by its pose. Normals are read if all scans have them (the extension
 /// `nor:normalX`, `normalY`, `normalZ`). Points the file marks as invalid become NaN.
 pub(super) fn read(bytes: &[u8]) -> Parsed {
-    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(undecodable)?;
     let scans = reader.pointclouds();
     if scans.is_empty() {
-        return Err("it holds no scan".to_owned());
+        return Err(FileDefect::Missing("it holds no scan".into()));
     }
     let mut cloud = RawCloud::default();
     let mut normals = Vec::new();
@@ -22,11 +22,12 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     for scan in &scans {
         // Any number of points could be packed into no bits.
         if scan.records > bytes.len() as u64 {
-            return Err(format!("it announces {} points in {} bytes", scan.records, bytes.len()));
+            let text = format!("it announces {} points in {} bytes", scan.records, bytes.len());
+            return Err(FileDefect::Truncated(text.into()));
         }
-        let points = reader.pointcloud_simple(scan).map_err(|e| e.to_string())?;
+        let points = reader.pointcloud_simple(scan).map_err(undecodable)?;
         for point in points {
-            cloud.positions.push(match point.map_err(|e| e.to_string())?.cartesian {
+            cloud.positions.push(match point.map_err(undecodable)?.cartesian {
                 CartesianCoordinate::Valid { x, y, z } => DVec3::new(x, y, z),
                 _ => DVec3::NAN,
             });
@@ -34,10 +35,10 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         match normal_records(scan) {
             Some(records) => {
                 let turn = rotation(scan);
-                for values in reader.pointcloud_raw(scan).map_err(|e| e.to_string())? {
-                    let values = values.map_err(|e| e.to_string())?;
+                for values in reader.pointcloud_raw(scan).map_err(undecodable)? {
+                    let values = values.map_err(undecodable)?;
                     let component = |record: usize| {
-                        values[record].to_f64(&scan.prototype[record].data_type).map_err(|e| e.to_string())
+                        values[record].to_f64(&scan.prototype[record].data_type).map_err(undecodable)
                     };
                     let [x, y, z] = records;
                     normals.push(turn * DVec3::new(component(x)?, component(y)?, component(z)?));
@@ -48,6 +49,11 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     }
     cloud.normals = all_have_normals.then_some(normals);
     Ok(cloud)
+}
+
+/// What the crate says.
+fn undecodable(error: e57::Error) -> FileDefect {
+    FileDefect::Undecodable(error.to_string().into())
 }
 
 /// Which records of a point hold its normal.

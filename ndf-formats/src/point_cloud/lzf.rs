@@ -1,14 +1,18 @@
 //! LZF, the compression of PCD files (Marc Lehmann 2000).
 
+use super::FileDefect;
+
 /// Longest copy one instruction of three bytes can make.
 const LONGEST_COPY: usize = 264;
 
 /// Expands to exactly `size` bytes.
-pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
+pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, FileDefect> {
     if size / LONGEST_COPY > input.len() {
-        return Err(format!("{} compressed bytes cannot expand to {size} bytes bytes", input.len()));
+        let text = format!("{} compressed bytes cannot expand to {size} bytes", input.len());
+        return Err(FileDefect::Truncated(text.into()));
     }
-    let cut = || "the compressed data is cut off".to_owned();
+    let cut = || FileDefect::Truncated("the compressed data is cut off".into());
+    let wrong = |text: String| FileDefect::Undecodable(text.into());
     let mut output = Vec::with_capacity(size);
     let mut rest = input;
     let mut byte = || {
@@ -28,10 +32,8 @@ pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
                 length += usize::from(byte().ok_or_else(cut)?);
             }
             let back = ((control & 31) << 8) + usize::from(byte().ok_or_else(cut)?) + 1;
-            let start = output
-                .len()
-                .checked_sub(back)
-                .ok_or("the compressed data refers to bytes before its beginning")?;
+            let before = || wrong("the compressed data refers to bytes before its beginning".to_owned());
+            let start = output.len().checked_sub(back).ok_or_else(before)?;
             // The copy may overlap what it makes.
             for i in start..start + length + 2 {
                 output.push(output[i]);
@@ -39,7 +41,7 @@ pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, String> {
         }
     }
     if output.len() > size {
-        return Err(format!("the compressed data expands to more than {size} bytes"));
+        return Err(wrong(format!("the compressed data expands to more than {size} bytes")));
     }
     Ok(output)
 }

@@ -20,7 +20,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use ndf_core::DVec3;
-use ndf_mesh::io::{self, MeshFormat, VertexScalars};
+use ndf_mesh::io::{self, FileDefect, MeshFormat, VertexScalars};
 
 pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
 #[cfg(feature = "las")]
@@ -91,7 +91,7 @@ pub enum ReadError {
         /// The format it was recognised as.
         format: CloudFormat,
         /// What is wrong and where.
-        defect: String,
+        defect: FileDefect,
     },
     /// The format is known, but its reader was left out of this build.
     #[error("{} is an {format} file, which this build does not read; build with the feature {feature} of ndf-formats", path.display())]
@@ -117,7 +117,7 @@ pub enum ReadError {
 }
 
 /// What a format's reader makes of the bytes; the error says the defect.
-type Parsed = Result<RawCloud, String>;
+type Parsed = Result<RawCloud, FileDefect>;
 
 /// Reads a file of points of any known format.
 ///

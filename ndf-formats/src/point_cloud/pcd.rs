@@ -6,7 +6,7 @@
 
 use ndf_core::DVec3;
 
-use super::{Parsed, RawCloud, lzf};
+use super::{FileDefect, Parsed, RawCloud, lzf};
 
 /// Whether a file begins as PCD files do.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     };
     let axes = all(["x", "y", "z"]).ok_or_else(|| {
         let names: Vec<&str> = header.fields.iter().map(|f| f.name.as_str()).collect();
-        format!("it needs the fields x, y and z, but has {}", names.join(", "))
+        FileDefect::Missing(format!("it needs the fields x, y and z, but has {}", names.join(", ")).into())
     })?;
     let normals = all(["normal_x", "normal_y", "normal_z"]);
     let columns: Vec<usize> = axes.into_iter().chain(normals.into_iter().flatten()).collect();
@@ -81,24 +81,24 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
 }
 
 impl Header {
-    fn read(bytes: &[u8]) -> Result<Self, String> {
+    fn read(bytes: &[u8]) -> Result<Self, FileDefect> {
         let mut start = 0;
         let (mut names, mut sizes, mut kinds, mut counts) = (vec![], vec![], vec![], vec![]);
         let (mut width, mut height, mut points) = (None, None, None);
+        let wrong = |text: String| FileDefect::Value(text.into());
+        let cut_off = || FileDefect::Truncated("the header ends without DATA; the file is cut off".into());
         loop {
             let rest = &bytes[start..];
-            let end = rest
-                .iter()
-                .position(|&b| b == b'\n')
-                .ok_or("the header ends without DATA; the file is cut off")?;
+            let end = rest.iter().position(|&b| b == b'\n').ok_or_else(cut_off)?;
             start += end + 1;
-            let line = std::str::from_utf8(&rest[..end]).map_err(|_| "the header is not text")?;
+            let line = std::str::from_utf8(&rest[..end]);
+            let line = line.map_err(|_| wrong("the header is not text".to_owned()))?;
             let mut words = line.split_whitespace();
             let keyword = words.next().unwrap_or("#");
             let words: Vec<&str> = words.collect();
             let number = || {
                 let word = words.first().and_then(|w| w.parse::<usize>().ok());
-                word.ok_or_else(|| format!("{keyword} needs a number"))
+                word.ok_or_else(|| wrong(format!("{keyword} needs a number")))
             };
             match keyword {
                 "FIELDS" | "COLUMNS" => names = words,
@@ -114,17 +114,19 @@ impl Header {
                         Some("binary") => Data::Binary,
                         Some("binary_compressed") => Data::Compressed,
                         other => {
-                            return Err(format!("DATA {} is not known", other.unwrap_or("without a word")));
+                            let text = format!("DATA {} is not known", other.unwrap_or("without a word"));
+                            return Err(FileDefect::Unsupported(text.into()));
                         }
                     };
                     let fields = Field::all(&names, &sizes, &kinds, &counts)?;
                     let area = || width?.checked_mul(height.unwrap_or(1));
-                    let points = points.or_else(area).ok_or("it says neither POINTS nor WIDTH")?;
+                    let neither = || FileDefect::Missing("it says neither POINTS nor WIDTH".into());
+                    let points = points.or_else(area).ok_or_else(neither)?;
                     return Ok(Self { fields, points, data, body: start });
                 }
                 "VERSION" | "VIEWPOINT" => {}
                 _ if keyword.starts_with('#') => {}
-                _ => return Err(format!("{keyword} is not a keyword of a PCD header")),
+                _ => return Err(wrong(format!("{keyword} is not a keyword of a PCD header"))),
             }
         }
     }
@@ -139,29 +141,34 @@ impl Header {
     }
 
     /// Whether as many points as announced fit the bytes there are.
-    fn fits(&self, available: usize, record: usize) -> Result<(), String> {
+    fn fits(&self, available: usize, record: usize) -> Result<(), FileDefect> {
         let points = self.points;
         match points.checked_mul(record.max(1)) {
             Some(needed) if needed <= available => Ok(()),
-            _ => Err(format!(
-                "it announces {points} points of at least {record} bytes, but {available} bytes follow the header; the file is \
-                 cut off or its header wrong"
-            )),
+            _ => {
+                let text = format!(
+                    "it announces {points} points of at least {record} bytes, but {available} bytes follow the header; the \
+                     file is cut off or its header wrong"
+                );
+                Err(FileDefect::Truncated(text.into()))
+            }
         }
     }
 
-    fn expanded(&self, body: &[u8]) -> Result<Vec<u8>, String> {
+    fn expanded(&self, body: &[u8]) -> Result<Vec<u8>, FileDefect> {
+        let cut_off = |text: String| FileDefect::Truncated(text.into());
         let number = |at: usize| {
             let four = body.get(at..at + 4).and_then(|b| b.try_into().ok());
-            four.map(|b| u32::from_le_bytes(b) as usize).ok_or("it ends before the compressed data")
+            let four = four.map(|b| u32::from_le_bytes(b) as usize);
+            four.ok_or_else(|| cut_off("it ends before the compressed data".to_owned()))
         };
         let (compressed, size) = (number(0)?, number(4)?);
         self.fits(size, self.record_size())?;
         let data = body.get(8..).and_then(|rest| rest.get(..compressed)).ok_or_else(|| {
-            format!(
-                "it announces {compressed} compressed bytes, but {} are left; the file is cut off",
-                body.len() - 8
-            )
+            let left = body.len() - 8;
+            cut_off(format!(
+                "it announces {compressed} compressed bytes, but {left} are left; the file is cut off"
+            ))
         })?;
         lzf::expand(data, size)
     }
@@ -174,7 +181,7 @@ impl Header {
             .collect()
     }
 
-    fn text_rows(&self, body: &[u8], columns: &[usize]) -> Result<Vec<f64>, String> {
+    fn text_rows(&self, body: &[u8], columns: &[usize]) -> Result<Vec<f64>, FileDefect> {
         self.fits(body.len() + 1, 2 * self.fields.len())?;
         let text = String::from_utf8_lossy(body);
         let width: usize = self.fields.iter().map(|f| f.count).sum();
@@ -185,26 +192,30 @@ impl Header {
         for (point, line) in lines.take(self.points).enumerate() {
             let words: Vec<&str> = line.split_whitespace().collect();
             if words.len() != width {
-                return Err(format!("point {point} has {} numbers instead of {width}", words.len()));
+                let text = format!("point {point} has {} numbers instead of {width}", words.len());
+                return Err(FileDefect::Mismatch(text.into()));
             }
             for &column in columns {
                 let word = words[word_of(column)];
-                rows.push(word.parse().map_err(|_| format!("point {point}: {word} is not a number"))?);
+                let wrong = |_| FileDefect::Value(format!("point {point}: {word} is not a number").into());
+                rows.push(word.parse().map_err(wrong)?);
             }
             read += 1;
         }
         if read < self.points {
-            return Err(format!("it ends after {read} of {} points", self.points));
+            let expected = self.points as u64;
+            return Err(FileDefect::EndsEarly { items: "points", expected, found: read as u64 });
         }
         Ok(rows)
     }
 }
 
 impl Field {
-    fn all(names: &[&str], sizes: &[&str], kinds: &[&str], counts: &[&str]) -> Result<Vec<Self>, String> {
+    fn all(names: &[&str], sizes: &[&str], kinds: &[&str], counts: &[&str]) -> Result<Vec<Self>, FileDefect> {
         let n = names.len();
         if n == 0 || sizes.len() != n || kinds.len() != n || !(counts.is_empty() || counts.len() == n) {
-            return Err("FIELDS, SIZE, TYPE and COUNT do not agree in number".to_owned());
+            let text = "FIELDS, SIZE, TYPE and COUNT do not agree in number";
+            return Err(FileDefect::Mismatch(text.into()));
         }
         let field = |i: usize| {
             let count = counts.get(i).map_or(Some(1), |c| c.parse().ok()).filter(|&c: &usize| c <= 1 << 20);
@@ -214,7 +225,10 @@ impl Field {
                 | (Some(size @ (4 | 8)), &[kind @ b'F'], Some(count)) => {
                     Ok(Self { name: names[i].to_owned(), size, kind, count })
                 }
-                _ => Err(format!("the field {} has a SIZE, TYPE or COUNT that is not known", names[i])),
+                _ => {
+                    let text = format!("the field {} has a SIZE, TYPE or COUNT that is not known", names[i]);
+                    Err(FileDefect::Unsupported(text.into()))
+                }
             }
         };
         (0..n).map(field).collect()

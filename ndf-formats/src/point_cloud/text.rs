@@ -3,7 +3,7 @@
 
 use ndf_core::DVec3;
 
-use super::{Parsed, RawCloud};
+use super::{FileDefect, Parsed, RawCloud};
 
 /// How much of a file is looked at to recognise it.
 const SNIFFED: usize = 4096;
@@ -39,16 +39,18 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             Some(row) if row.len() == 1 && columns == 0 && count.is_none() => count = Some(row[0]),
             _ if columns == 0 && position < HEADINGS => {}
             Some(row) if columns > 0 => {
-                return Err(format!(
-                    "line {number} has {} numbers, but those before it have {columns}",
-                    row.len()
-                ));
+                let found = row.len();
+                let text = format!("line {number} has {found} numbers, but those before it have {columns}");
+                return Err(FileDefect::Mismatch(text.into()));
             }
-            _ => return Err(format!("line {number} holds something other than numbers")),
+            _ => {
+                let text = format!("line {number} holds something other than numbers");
+                return Err(FileDefect::Value(text.into()));
+            }
         }
     }
     if columns == 0 {
-        return Err("it has no line of three numbers".to_owned());
+        return Err(FileDefect::Missing("it has no line of three numbers".into()));
     }
     let rows = values.len() / columns;
     let vector = |row: usize, first: usize| DVec3::from_slice(&values[row * columns + first..][..3]);
@@ -60,7 +62,8 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             return Ok(RawCloud { positions, normals: Some((half..rows).map(|i| vector(i, 0)).collect()) });
         }
         Some(count) if rows as f64 != count => {
-            return Err(format!("it announces {count} points, but holds {rows}; the file is cut off"));
+            let text = format!("it announces {count} points, but holds {rows}; the file is cut off");
+            return Err(FileDefect::Truncated(text.into()));
         }
         _ => {}
     }

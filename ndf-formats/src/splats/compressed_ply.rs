@@ -1,9 +1,10 @@
 //! PlayCanvas' PLY: for every 256 splats their ranges as floats, and four words a splat.
 
+use ndf_mesh::io::FileDefect;
 use serde::Deserialize;
 use serde_ply::PlyReader;
 
-use super::{Splat, SplatError, damaged};
+use super::{Splat, SplatError};
 
 /// Splats that share ranges.
 const CHUNK: usize = 256;
@@ -35,16 +36,15 @@ struct Packed {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
-    let bad = |e: serde_ply::DeserializeError| damaged(e.to_string());
+    let bad = |e: serde_ply::DeserializeError| FileDefect::Undecodable(e.to_string().into());
     let mut reader = PlyReader::from_reader(bytes).map_err(bad)?;
     let (mut ranges, mut packed) = (Vec::<Ranges>::new(), Vec::<Packed>::new());
     while let Some(element) = reader.current_element().cloned() {
         // Every row of either has at least 16 bytes.
         if element.count as u128 * 16 > bytes.len() as u128 && element.name != "sh" {
             let (name, count) = (element.name, element.count);
-            return Err(damaged(format!(
-                "element {name} announces {count} rows, more than the file can hold"
-            )));
+            let text = format!("element {name} announces {count} rows, more than the file can hold");
+            return Err(FileDefect::Truncated(text.into()).into());
         }
         match element.name.as_str() {
             "chunk" => ranges = reader.next_element().map_err(bad)?,
@@ -55,7 +55,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     }
     if packed.len() > ranges.len() * CHUNK {
         let (splats, chunks) = (packed.len(), ranges.len());
-        return Err(damaged(format!("{splats} splats need more than the {chunks} chunks it has")));
+        let text = format!("{splats} splats need more than the {chunks} chunks it has");
+        return Err(FileDefect::Mismatch(text.into()).into());
     }
     Ok(packed.iter().zip(ranges.iter().flat_map(|r| std::iter::repeat_n(r, CHUNK))).map(splat).collect())
 }

@@ -3,14 +3,14 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use ndf_mesh::io::{MeshFile, parse_mesh};
+use ndf_mesh::io::{FileDefect, MeshFile, ReadError, parse_mesh};
 
-use super::{Splat, SplatError, damaged, sigmoid};
+use super::{Splat, SplatError, sigmoid};
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     let file = parse_mesh(bytes, Path::new("splats")).map_err(|e| match e {
-        ndf_mesh::io::ReadError::Malformed { defect, .. } => damaged(defect),
-        other => damaged(other.to_string()),
+        ReadError::Malformed { defect, .. } => defect,
+        other => FileDefect::Undecodable(other.to_string().into()),
     })?;
     let column = |name: &'static str| property(&file, name).ok_or(SplatError::MissingProperty(name));
     let opacity = column("opacity")?;

@@ -14,6 +14,7 @@ mod tests;
 use std::fmt;
 
 use ndf_core::DVec3;
+use ndf_mesh::io::FileDefect;
 
 pub use inria_ply::write_splats;
 
@@ -72,7 +73,7 @@ impl fmt::Display for SplatFormat {
 }
 
 /// Why splats could not be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SplatError {
     /// The content is none of the formats.
     #[error(
@@ -81,7 +82,7 @@ pub enum SplatError {
     Unknown,
     /// The file ends early or contradicts itself.
     #[error("the file is damaged: {0}")]
-    Damaged(String),
+    Damaged(#[from] FileDefect),
     /// The format is known, but its reader was left out of this build.
     #[error("{format} is not read by this build; build with the feature {feature} of ndf-formats")]
     NotBuilt {
@@ -99,10 +100,6 @@ pub enum SplatError {
     /// The file has no splat.
     #[error("the file has no splats")]
     Empty,
-}
-
-fn damaged(what: impl Into<String>) -> SplatError {
-    SplatError::Damaged(what.into())
 }
 
 /// The format of a file, if it is one of splats.

@@ -4,8 +4,9 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 use half::f16;
+use ndf_mesh::io::FileDefect;
 
-use super::{SPZ_MAGIC, Splat, SplatError, damaged};
+use super::{SPZ_MAGIC, Splat, SplatError};
 
 /// What the contents may be, in sizes of the file. The best gzip can do is about a thousand.
 const MOST_GROWTH: u64 = 1100;
@@ -16,10 +17,10 @@ pub(super) fn begins_within_gzip(bytes: &[u8], magic: &[u8]) -> bool {
 }
 
 /// The first bytes of what gzip holds.
-fn inflated(bytes: &[u8], limit: u64) -> Result<Vec<u8>, SplatError> {
+fn inflated(bytes: &[u8], limit: u64) -> Result<Vec<u8>, FileDefect> {
     let mut contents = Vec::new();
     let read = GzDecoder::new(bytes).take(limit).read_to_end(&mut contents);
-    read.map(|_| contents).map_err(|e| damaged(format!("as gzip: {e}")))
+    read.map(|_| contents).map_err(|e| FileDefect::Undecodable(format!("as gzip: {e}").into()))
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
@@ -40,7 +41,7 @@ impl Header {
     fn parse(bytes: &[u8]) -> Result<Self, SplatError> {
         let word = |i: usize| {
             let word = bytes.get(4 * i..4 * i + 4).and_then(|word| word.try_into().ok());
-            word.map(u32::from_le_bytes).ok_or_else(|| damaged("the header is cut off"))
+            word.map(u32::from_le_bytes).ok_or_else(|| FileDefect::Truncated("the header is cut off".into()))
         };
         let version = word(1)?;
         if !(1..=4).contains(&version) {
@@ -48,9 +49,8 @@ impl Header {
         }
         let fractional_bits = word(3)? >> 8 & 0xff;
         if fractional_bits > 23 {
-            return Err(damaged(format!(
-                "positions have {fractional_bits} bits after the point of 24 in all"
-            )));
+            let text = format!("positions have {fractional_bits} bits after the point of 24 in all");
+            return Err(FileDefect::Value(text.into()).into());
         }
         Ok(Self { version, count: word(2)? as usize, fractional_bits })
     }
@@ -80,21 +80,21 @@ fn plain(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     Ok(splats(&header, [positions, opacities, colours, scales, rotations]))
 }
 
-fn too_short(header: &Header) -> SplatError {
-    damaged(format!("it announces {} splats, more than its contents hold", header.count))
+fn too_short(header: &Header) -> FileDefect {
+    FileDefect::Truncated(format!("it announces {} splats, more than its contents hold", header.count).into())
 }
 
 /// Version 4: the number of streams in byte 15, where their table begins in the next four; for each its packed and
 /// unpacked size, then the streams.
-fn zstandard_streams(bytes: &[u8], header: &Header) -> Result<[Vec<u8>; 5], SplatError> {
-    let cut_off = || damaged("the table of its streams is cut off");
+fn zstandard_streams(bytes: &[u8], header: &Header) -> Result<[Vec<u8>; 5], FileDefect> {
+    let cut_off = || FileDefect::Truncated("the table of its streams is cut off".into());
     let count = usize::from(*bytes.get(15).ok_or_else(cut_off)?);
     let table = bytes.get(16..20).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     let table = table.ok_or_else(cut_off)? as usize;
     let mut at = table.saturating_add(16 * count);
     let mut streams: [Vec<u8>; 5] = Default::default();
     if count < streams.len() {
-        return Err(damaged(format!("it has {count} streams instead of at least 5")));
+        return Err(FileDefect::Mismatch(format!("it has {count} streams instead of at least 5").into()));
     }
     for (i, (stream, size)) in streams.iter_mut().zip(header.sizes()).enumerate() {
         let entry = table.checked_add(16 * i).and_then(|i| bytes.get(i..i + 8)).ok_or_else(cut_off)?;
@@ -103,7 +103,9 @@ fn zstandard_streams(bytes: &[u8], header: &Header) -> Result<[Vec<u8>; 5], Spla
             usize::try_from(packed).ok().and_then(|packed| at.checked_add(packed)).ok_or_else(cut_off)?;
         let source = bytes.get(at..end).ok_or_else(cut_off)?;
         at = end;
-        let broken = |e: &dyn std::fmt::Display| damaged(format!("stream {i} as Zstandard: {e}"));
+        let broken = |e: &dyn std::fmt::Display| {
+            FileDefect::Undecodable(format!("stream {i} as Zstandard: {e}").into())
+        };
         let decoder = ruzstd::decoding::StreamingDecoder::new(source).map_err(|e| broken(&e))?;
         decoder.take(size as u64).read_to_end(stream).map_err(|e| broken(&e))?;
         if stream.len() < size {

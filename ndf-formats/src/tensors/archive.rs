@@ -2,9 +2,10 @@
 
 use std::io::{Cursor, Read};
 
+use ndf_mesh::io::FileDefect;
 use zip::ZipArchive;
 
-use super::{Contents, TensorError, damaged, npy};
+use super::{Contents, TensorError, npy, undecodable};
 
 /// What an entry may grow to when it is unpacked, in sizes of the archive. Weights hardly compress.
 const MOST_GROWTH: u64 = 64;
@@ -16,9 +17,9 @@ pub(super) struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, TensorError> {
-        let zip =
-            ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(format!("as a zip archive: {e}")))?;
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
+        let zip = ZipArchive::new(Cursor::new(bytes));
+        let zip = zip.map_err(|e| undecodable(format!("as a zip archive: {e}")))?;
         Ok(Self { zip, limit: MOST_GROWTH * bytes.len() as u64 })
     }
 
@@ -27,15 +28,17 @@ impl<'a> Archive<'a> {
     }
 
     /// The contents of an entry.
-    pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, TensorError> {
-        let bad = |what: String| damaged(format!("entry {name} of the archive: {what}"));
-        let entry = self.zip.by_name(name).map_err(|e| bad(e.to_string()))?;
+    pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, FileDefect> {
+        let of_entry = |what: String| format!("entry {name} of the archive: {what}");
+        let entry = self.zip.by_name(name).map_err(|e| undecodable(of_entry(e.to_string())))?;
         let size = entry.size();
         if size > self.limit {
-            return Err(bad(format!("{size} bytes are too many for the size of the file")));
+            let text = of_entry(format!("{size} bytes are too many for the size of the file"));
+            return Err(FileDefect::TooLarge(text.into()));
         }
         let mut contents = Vec::new();
-        entry.take(self.limit).read_to_end(&mut contents).map_err(|e| bad(e.to_string()))?;
+        let read = entry.take(self.limit).read_to_end(&mut contents);
+        read.map_err(|e| undecodable(of_entry(e.to_string())))?;
         Ok(contents)
     }
 }

@@ -1,8 +1,9 @@
 //! Keras' HDF5 files, through `hdf5-pure`.
 
 use hdf5_pure::{File, Group};
+use ndf_mesh::io::FileDefect;
 
-use super::{Contents, Tensor, TensorError, damaged};
+use super::{Contents, Tensor, TensorError, undecodable};
 
 /// Groups in groups that are looked into.
 const DEEPEST: usize = 16;
@@ -10,10 +11,14 @@ const DEEPEST: usize = 16;
 const MOST_SETS: usize = 10_000;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Contents, TensorError> {
-    let file = File::from_bytes(bytes.to_vec()).map_err(|e| damaged(format!("as HDF5: {e}")))?;
+    let file = File::from_bytes(bytes.to_vec()).map_err(bad)?;
     let mut contents = Contents::default();
     descend(&file.root(), "", 0, bytes.len() as u64, &mut contents)?;
     Ok(contents)
+}
+
+fn bad(error: hdf5_pure::Error) -> FileDefect {
+    undecodable(format!("as HDF5: {error}"))
 }
 
 fn descend(
@@ -22,8 +27,7 @@ fn descend(
     depth: usize,
     bytes: u64,
     contents: &mut Contents,
-) -> Result<(), TensorError> {
-    let bad = |e: hdf5_pure::Error| damaged(format!("as HDF5: {e}"));
+) -> Result<(), FileDefect> {
     let join = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
     for name in group.datasets().map_err(bad)? {
         let set = group.dataset(&name).map_err(bad)?;
@@ -31,7 +35,8 @@ fn descend(
         // Stored plain, no array is larger than the file; compressed weights are hardly smaller.
         let count = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side));
         if count.is_none_or(|count| count > 16 * bytes) {
-            return Err(damaged(format!("data set {} is larger than the file", join(&name))));
+            let text = format!("data set {} is larger than the file", join(&name));
+            return Err(FileDefect::Truncated(text.into()));
         }
         let shape = shape.iter().map(|&side| side as usize).collect();
         // Names of the optimiser and the like are no numbers.
@@ -40,7 +45,7 @@ fn descend(
             contents.tensors.insert(join(&name), tensor);
         }
         if contents.tensors.len() > MOST_SETS {
-            return Err(damaged("it has more than ten thousand data sets"));
+            return Err(FileDefect::TooLarge("it has more than ten thousand data sets".into()));
         }
     }
     if depth < DEEPEST {

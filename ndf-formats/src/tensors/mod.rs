@@ -26,6 +26,8 @@ mod torch;
 
 use std::collections::BTreeMap;
 
+use ndf_mesh::io::FileDefect;
+
 pub use pickle::PickleError;
 
 /// An array of numbers in row-major order.
@@ -99,7 +101,7 @@ pub enum TensorError {
     },
     /// The file ends early, or contradicts itself.
     #[error("the file is damaged: {0}")]
-    Damaged(String),
+    Damaged(#[from] FileDefect),
     /// Numbers of a kind that is not read.
     #[error("tensor {name} holds {kind}, which is not supported")]
     Kind {
@@ -126,8 +128,13 @@ fn foreign_note(foreign: &[String]) -> String {
     format!("; it names classes that are not run: {}", foreign.join(", "))
 }
 
-fn damaged(what: impl Into<String>) -> TensorError {
-    TensorError::Damaged(what.into())
+/// What the decoder of a container says.
+fn undecodable(text: impl std::fmt::Display) -> FileDefect {
+    FileDefect::Undecodable(text.to_string().into())
+}
+
+fn truncated(text: String) -> FileDefect {
+    FileDefect::Truncated(text.into())
 }
 
 /// The tensors of a file.
@@ -198,7 +205,7 @@ impl TensorFile {
 #[cfg(feature = "safetensors")]
 pub fn to_safetensors(tensors: &[(String, Tensor)]) -> Result<Vec<u8>, TensorError> {
     use safetensors::tensor::{Dtype, TensorView};
-    let bad = |e: safetensors::SafeTensorError| damaged(e.to_string());
+    let bad = |e: safetensors::SafeTensorError| TensorError::from(undecodable(e));
     let bytes: Vec<Vec<u8>> =
         tensors.iter().map(|(_, t)| t.values.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
     let views = tensors.iter().zip(&bytes).map(|((name, tensor), bytes)| {
@@ -297,7 +304,7 @@ impl Element {
 #[cfg(feature = "safetensors")]
 fn read_safetensors(bytes: &[u8]) -> Result<Contents, TensorError> {
     use safetensors::{Dtype, SafeTensors};
-    let file = SafeTensors::deserialize(bytes).map_err(|e| damaged(e.to_string()))?;
+    let file = SafeTensors::deserialize(bytes).map_err(undecodable)?;
     let mut contents = Contents::default();
     for (name, view) in file.iter() {
         let element = match view.dtype() {
@@ -313,8 +320,8 @@ fn read_safetensors(bytes: &[u8]) -> Result<Contents, TensorError> {
             other => return Err(TensorError::Kind { name: name.to_owned(), kind: format!("{other:?}") }),
         };
         let tensor = Tensor::new(view.shape().to_vec(), element.numbers(view.data()));
-        let tensor =
-            tensor.ok_or_else(|| damaged(format!("tensor {name} has another size than its shape")))?;
+        let other = || FileDefect::Mismatch(format!("tensor {name} has another size than its shape").into());
+        let tensor = tensor.ok_or_else(other)?;
         contents.tensors.insert(name.to_owned(), tensor);
     }
     Ok(contents)

@@ -4,6 +4,7 @@
 //! reserve no memory before the data is there, and every malformed file ends in a [`ReadError`] of one sentence.
 
 mod atomic;
+mod defect;
 mod note;
 mod obj;
 mod off;
@@ -19,6 +20,7 @@ use std::path::{Path, PathBuf};
 use crate::TriangleMesh;
 
 pub use atomic::atomic_write;
+pub use defect::FileDefect;
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
 pub use write::{WriteError, format_to_write, is_property_name, write_mesh};
@@ -97,12 +99,12 @@ pub enum ReadError {
         /// The format it was recognised as.
         format: MeshFormat,
         /// What is wrong and where.
-        defect: String,
+        defect: FileDefect,
     },
 }
 
 /// What a format's reader makes of the bytes; the error says the defect.
-type Parsed = Result<Content, String>;
+type Parsed = Result<Content, FileDefect>;
 
 /// A mesh before it knows which file it came from.
 struct Content {

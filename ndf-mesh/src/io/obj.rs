@@ -8,9 +8,9 @@ use std::io::{self, Write};
 
 use ndf_core::DVec3;
 
-use super::Parsed;
 use super::polygons::Triangles;
 use super::text::{beginning, is_binary, numbered_lines, three_numbers};
+use super::{FileDefect, Parsed};
 use crate::TriangleMesh;
 
 /// First words of the lines of OBJ files.
@@ -50,14 +50,15 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
 }
 
 /// The position of a vertex: three numbers. A fourth is a weight; more are a colour, of no interest here.
-fn position(statement: &Statement<'_>) -> Result<DVec3, String> {
+fn position(statement: &Statement<'_>) -> Result<DVec3, FileDefect> {
     let line = statement.line;
-    let needs = || format!("line {line}: a vertex needs three numbers");
+    let wrong = |problem: &'static str| FileDefect::Syntax { line, problem: problem.into() };
+    let needs = || wrong("a vertex needs three numbers");
     let mut words = statement.words();
     let position = DVec3::from_array(three_numbers(&mut words).ok_or_else(needs)?);
     match (words.next(), words.next()) {
         (Some(weight), None) => match weight.parse::<f64>() {
-            Ok(0.0) => Err(format!("line {line}: the weight of the vertex is zero")),
+            Ok(0.0) => Err(wrong("the weight of the vertex is zero")),
             Ok(weight) => Ok(position / weight),
             Err(_) => Err(needs()),
         },
@@ -66,24 +67,27 @@ fn position(statement: &Statement<'_>) -> Result<DVec3, String> {
 }
 
 /// The vertex that an index of a face names: counted from 1, or backwards from the vertices before the face.
-fn corner(index: &str, line: usize, before: usize, vertices: usize) -> Result<u32, String> {
-    let index: i64 =
-        index.parse().map_err(|_| format!("line {line}: the indices of a face must be integers"))?;
+fn corner(index: &str, line: usize, before: usize, vertices: usize) -> Result<u32, FileDefect> {
+    let wrong = |problem: &'static str| FileDefect::Syntax { line, problem: problem.into() };
+    let index: i64 = index.parse().map_err(|_| wrong("the indices of a face must be integers"))?;
     let vertex = if index < 0 { before as i64 + index } else { index - 1 };
     if !(0..vertices as i64).contains(&vertex) {
-        return Err(format!("line {line}: a face names vertex {index}, but there are {vertices} vertices"));
+        return Err(FileDefect::LineIndex { line, index, vertices });
     }
-    u32::try_from(vertex).map_err(|_| format!("line {line}: a mesh has fewer than 2^32 vertices"))
+    u32::try_from(vertex).map_err(|_| wrong("a mesh has fewer than 2^32 vertices"))
 }
 
 /// A file without vertices is an empty mesh only if it says nothing else.
-fn refuse_prose(text: &str) -> Result<(), String> {
+fn refuse_prose(text: &str) -> Result<(), FileDefect> {
     let is_foreign = |s: &Statement<'_>| {
         let keyword = s.keyword();
         !keyword.is_empty() && !keyword.starts_with('#') && !KEYWORDS.contains(&keyword)
     };
     match statements(text).find(is_foreign) {
-        Some(s) => Err(format!("it has no vertex, and line {} is no OBJ statement", s.line)),
+        Some(s) => {
+            let text = format!("it has no vertex, and line {} is no OBJ statement", s.line);
+            Err(FileDefect::Missing(text.into()))
+        }
         None => Ok(()),
     }
 }

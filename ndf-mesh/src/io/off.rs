@@ -4,7 +4,7 @@ use ndf_core::DVec3;
 
 use super::polygons::Triangles;
 use super::text::{beginning, is_binary, numbered_lines, three_numbers};
-use super::{Content, Parsed};
+use super::{FileDefect, Parsed};
 
 /// Whether the first word of a file is `OFF`, possibly with the letters of Geomview's variants before it.
 pub(super) fn recognises(bytes: &[u8]) -> bool {
@@ -17,51 +17,60 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = lines(&text);
-    let (line, first) = lines.next().ok_or("it has no line")?;
-    let (variant, rest) = after_keyword(first).ok_or("it does not begin with OFF")?;
+    let missing = |what: &'static str| FileDefect::Missing(what.into());
+    let wrong = |line: usize, problem: &'static str| FileDefect::Syntax { line, problem: problem.into() };
+    let (line, first) = lines.next().ok_or_else(|| missing("it has no line"))?;
+    let (variant, rest) = after_keyword(first).ok_or_else(|| missing("it does not begin with OFF"))?;
     if variant.contains(['4', 'n']) || rest.trim_start().starts_with("BINARY") {
-        return Err(format!("the variant {} is not supported", first.trim()));
+        return Err(FileDefect::Unsupported(format!("the variant {} is not supported", first.trim()).into()));
     }
-    let (line, counts) =
-        if rest.trim().is_empty() { lines.next().ok_or("it ends before the counts")? } else { (line, rest) };
+    let (line, counts) = if rest.trim().is_empty() {
+        lines.next().ok_or_else(|| FileDefect::Truncated("it ends before the counts".into()))?
+    } else {
+        (line, rest)
+    };
     let mut counts = counts.split_whitespace().map(str::parse::<u32>);
     let (Some(Ok(vertices)), Some(Ok(faces))) = (counts.next(), counts.next()) else {
-        return Err(format!("line {line}: the counts of vertices and faces are expected"));
+        return Err(wrong(line, "the counts of vertices and faces are expected"));
     };
     // Every vertex takes six bytes at least: a count that lies reserves no more than the file's size.
     let mut positions = Vec::with_capacity((vertices as usize).min(bytes.len() / 6));
+    let ends_early = |items: &'static str, found: u32, expected: u32| FileDefect::EndsEarly {
+        items,
+        expected: expected.into(),
+        found: found.into(),
+    };
     for v in 0..vertices {
-        let (line, words) =
-            lines.next().ok_or_else(|| format!("it ends after {v} of {vertices} vertices"))?;
+        let (line, words) = lines.next().ok_or_else(|| ends_early("vertices", v, vertices))?;
         let position = three_numbers(&mut words.split_whitespace());
-        positions.push(DVec3::from_array(
-            position.ok_or_else(|| format!("line {line}: a vertex needs three numbers"))?,
-        ));
+        let position = position.ok_or_else(|| wrong(line, "a vertex needs three numbers"))?;
+        positions.push(DVec3::from_array(position));
     }
     let mut triangles = Triangles::default();
     let mut corners = Vec::new();
     for f in 0..faces {
-        let (line, words) = lines.next().ok_or_else(|| format!("it ends after {f} of {faces} faces"))?;
+        let (line, words) = lines.next().ok_or_else(|| ends_early("faces", f, faces))?;
         let mut words = words.split_whitespace().map(str::parse::<u32>);
         let Some(Ok(count)) = words.next() else {
-            return Err(format!("line {line}: a face needs the number of its corners"));
+            return Err(wrong(line, "a face needs the number of its corners"));
         };
         corners.clear();
         for _ in 0..count {
             match words.next() {
                 Some(Ok(v)) if v < vertices => corners.push(v),
                 Some(Ok(v)) => {
-                    return Err(format!(
-                        "line {line}: a face names vertex {v}, but there are {vertices} vertices"
-                    ));
+                    let (index, vertices) = (v.into(), vertices as usize);
+                    return Err(FileDefect::LineIndex { line, index, vertices });
                 }
-                _ => return Err(format!("line {line}: a face of {count} corners needs {count} indices")),
+                _ => {
+                    let problem = format!("a face of {count} corners needs {count} indices").into();
+                    return Err(FileDefect::Syntax { line, problem });
+                }
             }
         }
         triangles.add(&corners);
     }
-    let Content { mesh, scalars, notes } = triangles.into_content(positions, Vec::new())?;
-    Ok(Content { mesh, scalars, notes })
+    triangles.into_content(positions, Vec::new())
 }
 
 /// Lines that say something, without comments.

@@ -11,7 +11,7 @@ use serde::de::Deserializer;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType};
 
 use super::polygons::Triangles;
-use super::{Parsed, VertexScalars};
+use super::{FileDefect, Parsed, VertexScalars};
 use crate::TriangleMesh;
 
 mod rows;
@@ -56,7 +56,8 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     let (header, body) = split_header(bytes)?;
     // The last number of a text file need not be followed by white space, but `serde-ply` asks for it.
     let stream = io::Read::chain(header.as_bytes(), io::Read::chain(body, &b"\n"[..]));
-    let mut reader = PlyReader::from_reader(stream).map_err(|e| format!("header: {}", e.0))?;
+    let mut reader = PlyReader::from_reader(stream)
+        .map_err(|e| FileDefect::Undecodable(format!("header: {}", e.0).into()))?;
     let format = reader.header().format;
     let mut vertices = None;
     let mut triangles = Triangles::default();
@@ -79,7 +80,8 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             _ => read_rows(&mut reader, &element, &mut Columns::default())?,
         }
     }
-    let (positions, scalars) = vertices.ok_or("it has no element named vertex")?;
+    let none = || FileDefect::Missing("it has no element named vertex".into());
+    let (positions, scalars) = vertices.ok_or_else(none)?;
     triangles.into_content(positions, scalars)
 }
 
@@ -110,7 +112,7 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, scalars: &[VertexS
 }
 
 /// The header as text, its lines ended by `\n`, and the bytes after it.
-fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), String> {
+fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), FileDefect> {
     // Lines end as the first one does: a binary body may begin with any byte.
     let end: &[u8] = match bytes.iter().position(|b| matches!(b, b'\r' | b'\n')) {
         Some(i) if bytes[i..].starts_with(b"\r\n") => b"\r\n",
@@ -129,13 +131,14 @@ fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), String> {
             return Ok((header, rest));
         }
         if at.is_none() {
-            return Err("the header ends without end_header; the file is cut off".to_owned());
+            let text = "the header ends without end_header; the file is cut off";
+            return Err(FileDefect::Truncated(text.into()));
         }
     }
 }
 
 /// Refuses counts the rest of the file cannot hold, and rows without properties, before anything is read.
-fn check_length(element: &ElementDef, format: PlyFormat, available: usize) -> Result<(), String> {
+fn check_length(element: &ElementDef, format: PlyFormat, available: usize) -> Result<(), FileDefect> {
     let size = |property: &PropertyType| match (format, property) {
         (PlyFormat::Ascii, _) => 2,
         (_, PropertyType::Scalar(kind) | PropertyType::List { count_type: kind, .. }) => rows::size_of(*kind),
@@ -143,39 +146,45 @@ fn check_length(element: &ElementDef, format: PlyFormat, available: usize) -> Re
     let row: usize = element.properties.iter().map(|p| size(&p.property_type)).sum();
     let (name, count) = (&element.name, element.count);
     if count > 0 && element.properties.is_empty() {
-        return Err(format!("element {name} announces {count} rows without properties"));
+        let text = format!("element {name} announces {count} rows without properties");
+        return Err(FileDefect::Missing(text.into()));
     }
     let needed = (count as u128) * (row as u128);
     if needed > available as u128 + 1 {
-        return Err(format!(
+        let text = format!(
             "element {name} announces {count} rows of at least {row} bytes, but only {available} bytes follow the header; \
              the file is cut off or its header wrong"
-        ));
+        );
+        return Err(FileDefect::Truncated(text.into()));
     }
     if count > u32::MAX as usize {
-        return Err(format!("element {name} has {count} rows, more than 32-bit indices can name"));
+        let text = format!("element {name} has {count} rows, more than 32-bit indices can name");
+        return Err(FileDefect::TooLarge(text.into()));
     }
     Ok(())
 }
 
 /// Which property is the list with one of these names.
-fn list_of(element: &ElementDef, names: &[&str]) -> Result<usize, String> {
+fn list_of(element: &ElementDef, names: &[&str]) -> Result<usize, FileDefect> {
     let is_list = |p: &serde_ply::PlyProperty| {
         matches!(p.property_type, PropertyType::List { .. }) && names.contains(&p.name.as_str())
     };
-    let none = || format!("element {} has no list named {}", element.name, names.join(" or "));
+    let none = || {
+        let text = format!("element {} has no list named {}", element.name, names.join(" or "));
+        FileDefect::Missing(text.into())
+    };
     element.properties.iter().position(is_list).ok_or_else(none)
 }
 
 fn read_vertices<R: io::BufRead>(
     reader: &mut PlyReader<R>,
     element: &ElementDef,
-) -> Result<(Vec<DVec3>, Vec<VertexScalars>), String> {
+) -> Result<(Vec<DVec3>, Vec<VertexScalars>), FileDefect> {
     let is_scalar = |i: usize| matches!(element.properties[i].property_type, PropertyType::Scalar(_));
     let named = |name: &str| {
         let found =
             (0..element.properties.len()).find(|&i| element.properties[i].name == name && is_scalar(i));
-        found.ok_or_else(|| format!("element vertex has no property {name}"))
+        found.ok_or_else(|| FileDefect::Missing(format!("element vertex has no property {name}").into()))
     };
     let axes = [named("x")?, named("y")?, named("z")?];
     let mut positions = Vec::with_capacity(element.count);
@@ -205,7 +214,7 @@ fn read_lists<R: io::BufRead>(
     element: &ElementDef,
     list: usize,
     mut each: impl FnMut(&[u32]),
-) -> Result<(), String> {
+) -> Result<(), FileDefect> {
     let mut indices = Vec::new();
     let mut keep = |row: &Row| {
         indices.clear();
@@ -224,17 +233,17 @@ fn read_rows<R: io::BufRead>(
     reader: &mut PlyReader<R>,
     element: &ElementDef,
     columns: &mut Columns<'_>,
-) -> Result<(), String> {
+) -> Result<(), FileDefect> {
     let mut row = 0;
     reader
         .deserialize_map(rows::Element { columns, properties: element.properties.len(), row: &mut row })
         .map_err(|e| {
             let (name, count) = (&element.name, element.count);
             match e.0.kind() {
-                io::ErrorKind::UnexpectedEof => {
-                    format!("it ends within row {row} of the {count} of element {name}")
-                }
-                _ => format!("row {row} of element {name}: {}", e.0),
+                io::ErrorKind::UnexpectedEof => FileDefect::Truncated(
+                    format!("it ends within row {row} of the {count} of element {name}").into(),
+                ),
+                _ => FileDefect::Value(format!("row {row} of element {name}: {}", e.0).into()),
             }
         })
 }

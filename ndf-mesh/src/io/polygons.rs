@@ -2,7 +2,7 @@
 
 use ndf_core::DVec3;
 
-use super::{Content, ReadNote, VertexScalars};
+use super::{Content, Parsed, ReadNote, VertexScalars};
 use crate::TriangleMesh;
 
 /// Collects polygons as fans of triangles and remembers what there is to say about them.
@@ -35,12 +35,8 @@ impl Triangles {
     }
 
     /// The mesh of these triangles over `positions`.
-    pub(super) fn into_content(
-        self,
-        positions: Vec<DVec3>,
-        scalars: Vec<VertexScalars>,
-    ) -> Result<Content, String> {
-        let mesh = TriangleMesh::new(positions, self.faces).map_err(|e| e.to_string())?;
+    pub(super) fn into_content(self, positions: Vec<DVec3>, scalars: Vec<VertexScalars>) -> Parsed {
+        let mesh = TriangleMesh::new(positions, self.faces)?;
         let mut notes = Vec::new();
         if self.polygons > 0 {
             notes.push(ReadNote::PolygonsCut { faces: self.polygons });

@@ -7,7 +7,7 @@ use ndf_core::glam::{DVec3, Vec3};
 
 use super::polygons::Triangles;
 use super::text::{beginning, is_binary, numbered_lines, three_numbers};
-use super::{Content, Parsed, ReadNote};
+use super::{FileDefect, Parsed, ReadNote};
 use crate::TriangleMesh;
 
 /// Bytes before the first triangle of a binary file: a title of 80 and the count.
@@ -58,10 +58,12 @@ fn announced(bytes: &[u8]) -> Option<usize> {
 }
 
 fn read_binary(bytes: &[u8]) -> Parsed {
-    let announced = announced(bytes).ok_or("it ends within its header")?;
+    let cut_off = |text: String| FileDefect::Truncated(text.into());
+    let announced = announced(bytes).ok_or_else(|| cut_off("it ends within its header".to_owned()))?;
     let (triangles, rest) = bytes[HEADER..].as_chunks::<TRIANGLE>();
     if announced > triangles.len() {
-        return Err(format!("it announces {announced} triangles but ends after {}", triangles.len()));
+        let found = triangles.len();
+        return Err(cut_off(format!("it announces {announced} triangles but ends after {found}")));
     }
     let mut soup = Soup::default();
     for triangle in &triangles[..announced] {
@@ -82,6 +84,7 @@ fn read_text(text: &str) -> Parsed {
     let mut soup = Soup::default();
     let mut corners: Option<Vec<DVec3>> = None;
     let mut is_closed = false;
+    let wrong = |line: usize, problem: String| FileDefect::Syntax { line, problem: problem.into() };
     for (line, content) in numbered_lines(text) {
         let mut words = content.split_whitespace();
         let Some(word) = words.next() else { continue };
@@ -92,21 +95,21 @@ fn read_text(text: &str) -> Parsed {
             ("outer", None) => corners = Some(Vec::with_capacity(3)),
             ("vertex", Some(corners)) => {
                 let corner = three_numbers(&mut words);
-                let corner = corner.ok_or_else(|| format!("line {line}: a vertex needs three numbers"))?;
+                let corner = corner.ok_or_else(|| wrong(line, "a vertex needs three numbers".to_owned()))?;
                 corners.push(DVec3::from_array(corner));
             }
             ("endloop", Some(found)) => {
                 let three: [DVec3; 3] = found.as_slice().try_into().map_err(|_| {
-                    format!("line {line}: a facet has {} vertices instead of three", found.len())
+                    wrong(line, format!("a facet has {} vertices instead of three", found.len()))
                 })?;
                 soup.add(three);
                 corners = None;
             }
-            _ => return Err(format!("line {line}: {word} is not expected here")),
+            _ => return Err(wrong(line, format!("{word} is not expected here"))),
         }
     }
     if corners.is_some() || !is_closed {
-        return Err("it ends before endsolid; the file is cut off".to_owned());
+        return Err(FileDefect::Truncated("it ends before endsolid; the file is cut off".into()));
     }
     soup.into_content()
 }
@@ -131,7 +134,7 @@ impl Soup {
         self.triangles.add(&corners);
     }
 
-    fn into_content(self) -> Result<Content, String> {
+    fn into_content(self) -> Parsed {
         self.triangles.into_content(self.positions, Vec::new())
     }
 }

@@ -7,6 +7,7 @@ use super::connectivity::{self, BaseOrder};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
+use ndf_mesh::io::FileDefect;
 use ndf_mesh::{Halfedge, ManifoldMesh, TriangleMesh, Vertex};
 
 /// How positions and faces are written.
@@ -95,7 +96,7 @@ pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<ManifoldMesh, Mode
     match if version == 1 { PLAIN } else { r.u8()? } {
         PLAIN => read_plain(r),
         CODED => read_coded(r),
-        other => Err(r.defect(format!("coding {other} is not known"))),
+        other => Err(r.unknown_coding(other)),
     }
 }
 
@@ -118,8 +119,8 @@ fn read_positions(r: &mut Reader<'_>, vertices: usize) -> Result<Vec<DVec3>, Mod
 }
 
 fn manifold(r: &Reader<'_>, positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Result<ManifoldMesh, ModelError> {
-    let mesh = TriangleMesh::new(positions, faces).map_err(|e| r.defect(e.to_string()))?;
-    ManifoldMesh::try_from(mesh).map_err(|e| r.defect(e.to_string()))
+    let mesh = TriangleMesh::new(positions, faces).map_err(|e| r.defect(FileDefect::from(e)))?;
+    ManifoldMesh::try_from(mesh).map_err(|e| r.defect(FileDefect::from(e)))
 }
 
 fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
@@ -127,12 +128,13 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let exponent = r.u8()? as i8;
     let length = r.u32()? as usize;
     if !is_plausible(faces, length) {
-        return Err(r.defect("it announces more faces than its bytes can hold"));
+        return Err(r.defect(connectivity::too_many_faces()));
     }
     let mut coder = Decoder::new(r.take(length)?);
     let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
     if found != vertices {
-        return Err(r.defect(format!("it has {found} vertices, not {vertices}")));
+        let text = format!("it has {found} vertices, not {vertices}");
+        return Err(r.defect(FileDefect::Mismatch(text.into())));
     }
     if exponent == NO_GRID {
         let positions = read_positions(&mut r, vertices)?;
@@ -144,12 +146,12 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let base = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
     let integers = code_positions(&mut coder, &base, None);
     if coder.is_exhausted() || !coder.is_spent() {
-        return Err(r.defect("its positions do not fit its faces"));
+        return Err(r.defect(FileDefect::Mismatch("its positions do not fit its faces".into())));
     }
     let positions: Vec<DVec3> =
         integers.iter().map(|p| Vec3::from(p.map(|q| grid.number(q))).as_dvec3()).collect();
     if !positions.iter().all(|p| p.is_finite()) {
-        return Err(r.defect("a position is not finite"));
+        return Err(r.defect(FileDefect::NotFinite("a position")));
     }
     Ok(base.with_positions(positions))
 }

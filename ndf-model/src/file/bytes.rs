@@ -1,6 +1,7 @@
 //! Little-endian reading that never reads past the end and never trusts a count.
 
-use super::error::ModelError;
+use super::error::{ModelError, PartDefect};
+use ndf_mesh::io::FileDefect;
 
 /// The unread rest of a section.
 pub(super) struct Reader<'a> {
@@ -13,12 +14,16 @@ impl<'a> Reader<'a> {
         Self { section, rest: bytes }
     }
 
-    fn truncated(&self) -> ModelError {
-        ModelError::Section { section: self.section, defect: "it ends too early".to_owned() }
+    pub(super) fn truncated(&self) -> ModelError {
+        self.defect(FileDefect::Truncated("it ends too early".into()))
     }
 
-    pub(super) fn defect(&self, defect: impl Into<String>) -> ModelError {
+    pub(super) fn defect(&self, defect: impl Into<PartDefect>) -> ModelError {
         ModelError::Section { section: self.section, defect: defect.into() }
+    }
+
+    pub(super) fn unknown_coding(&self, code: u8) -> ModelError {
+        self.defect(FileDefect::Unsupported(format!("coding {code} is not known").into()))
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], ModelError> {
@@ -81,7 +86,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn end(&self) -> Result<(), ModelError> {
-        if self.rest.is_empty() { Ok(()) } else { Err(self.defect("there are bytes after its end")) }
+        if self.rest.is_empty() { Ok(()) } else { Err(self.defect(FileDefect::TrailingBytes("its end"))) }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::bytes::Writer;
 use super::error::{ModelError, VERSION};
+use ndf_mesh::io::FileDefect;
 
 /// Not text, so that a transfer as text is noticed.
 const MAGIC: [u8; 8] = *b"\x89NDF\r\n\x1a\n";
@@ -43,18 +44,18 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
     if !is_model(bytes) {
         return Err(ModelError::Magic);
     }
-    let cut = ModelError::Header("the file is truncated");
+    let cut = ModelError::Header(FileDefect::Truncated("the file is truncated".into()));
     let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
     if version == 0 || version > VERSION {
         return Err(ModelError::Version(version));
     }
     if count as usize > MAX_SECTIONS {
-        return Err(ModelError::Header("it announces too many sections"));
+        return Err(ModelError::Header(FileDefect::TooLarge("it announces too many sections".into())));
     }
     let table_end = 16 + ENTRY * count as usize;
     let Some(header_sum) = word(table_end) else { return Err(cut) };
     if crc32fast::hash(&bytes[..table_end]) != header_sum {
-        return Err(ModelError::Header("the checksum of the header does not match"));
+        return Err(ModelError::Header(FileDefect::Checksum("the checksum of the header")));
     }
     let mut rest = &bytes[table_end + 4..];
     let mut sections = Vec::with_capacity(count as usize);
@@ -73,7 +74,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
         sections.push((*tag, payload));
     }
     if !rest.is_empty() {
-        return Err(ModelError::Header("there are bytes after the last section"));
+        return Err(ModelError::Header(FileDefect::TrailingBytes("the last section")));
     }
     Ok((version, sections))
 }

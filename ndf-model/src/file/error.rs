@@ -1,6 +1,11 @@
 //! Why a file is not a model.
 
+use ndf_mesh::io::FileDefect;
 use safetensors::tensor::SafeTensorError;
+
+use crate::intrinsic_network::{NetworkError, ShapeError};
+use crate::scalars::ScalarsError;
+use crate::similarity::SimilarityError;
 
 /// The version written. All before it are read.
 pub(super) const VERSION: u32 = 2;
@@ -19,7 +24,7 @@ pub enum ModelError {
     Version(u32),
     /// The header or the section table is damaged.
     #[error("the model is damaged: {0}")]
-    Header(&'static str),
+    Header(#[source] FileDefect),
     /// The checksum of a section does not match.
     #[error("the model is damaged: the checksum of section {0} does not match")]
     Checksum(String),
@@ -32,8 +37,45 @@ pub enum ModelError {
         /// Its tag.
         section: &'static str,
         /// What is wrong.
-        defect: String,
+        defect: PartDefect,
     },
+}
+
+/// What is wrong with a part of a model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PartDefect {
+    /// Its data.
+    #[error(transparent)]
+    Data(#[from] FileDefect),
+    /// The similarity.
+    #[error(transparent)]
+    Similarity(#[from] SimilarityError),
+    /// The sizes of a network.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// Features or parameters of a network.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// Scalar fields.
+    #[error(transparent)]
+    Scalars(#[from] ScalarsError),
+}
+
+impl PartDefect {
+    /// A name of the kind of defect that stays the same between versions: see [`FileDefect::code`].
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Data(defect) => defect.code(),
+            Self::Similarity(_) => "invalid_value",
+            Self::Shape(_) | Self::Network(NetworkError::Shape(_)) => "too_large",
+            Self::Scalars(ScalarsError::Network(error)) => Self::Network(error.clone()).code(),
+            Self::Scalars(ScalarsError::TooMany(_)) => "too_large",
+            Self::Scalars(_) => "invalid_value",
+            Self::Network(NetworkError::Count { .. }) => "mismatch",
+            Self::Network(NetworkError::NotFinite(_) | NetworkError::BaseVertex(_)) => "not_finite",
+        }
+    }
 }
 
 /// Why tensors are not a model.
@@ -54,9 +96,9 @@ pub enum TensorsError {
         /// Its name.
         name: String,
         /// What is wrong with it.
-        defect: String,
+        defect: FileDefect,
     },
     /// The parts do not fit together.
     #[error("the parts do not form a model: {0}")]
-    Parts(String),
+    Parts(PartDefect),
 }

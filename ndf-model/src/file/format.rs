@@ -63,7 +63,7 @@ impl Model {
         let parameters = network::read_parameters(&mut r, &shape.mlp(), version)?;
         r.end()?;
         let field = DisplacementField::new(base, shape, features, parameters)
-            .map_err(|e| ModelError::Section { section: "NETW", defect: e.to_string() })?;
+            .map_err(|e| ModelError::Section { section: "NETW", defect: e.into() })?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
@@ -130,5 +130,5 @@ fn read_similarity(mut r: Reader<'_>) -> Result<Similarity, ModelError> {
     let scale = r.f64()?;
     let center = DVec3::new(r.f64()?, r.f64()?, r.f64()?);
     r.end()?;
-    Similarity::new(scale, center).map_err(|e| r.defect(e.to_string()))
+    Similarity::new(scale, center).map_err(|e| r.defect(e))
 }

@@ -17,6 +17,6 @@ mod tensors;
 mod tests;
 
 pub use connectivity::BaseOrder;
-pub use error::{ModelError, TensorsError};
+pub use error::{ModelError, PartDefect, TensorsError};
 pub use format::SectionSizes;
 pub use precision::{Grids, Precision, StoredBase};

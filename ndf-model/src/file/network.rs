@@ -5,6 +5,7 @@ use super::bytes::{Reader, Writer};
 use super::error::ModelError;
 use super::numbers::{self, Groups};
 use crate::intrinsic_network::{IntrinsicNetwork, MAX_FEATURES, NetworkShape};
+use ndf_mesh::io::FileDefect;
 use ndf_network::{Activation, MlpShape};
 
 /// Writes the number of features a vertex.
@@ -36,7 +37,8 @@ pub(super) fn write_parameters(w: &mut Writer, network: &IntrinsicNetwork) {
 pub(super) fn read_dimension(r: &mut Reader<'_>) -> Result<usize, ModelError> {
     let dimension = r.u32()? as usize;
     if dimension > MAX_FEATURES {
-        return Err(r.defect(format!("{dimension} features a vertex are more than {MAX_FEATURES}")));
+        let text = format!("{dimension} features a vertex are more than {MAX_FEATURES}");
+        return Err(r.defect(FileDefect::TooLarge(text.into())));
     }
     Ok(dimension)
 }
@@ -55,14 +57,14 @@ pub(super) fn read_features(
 pub(super) fn read_shape(r: &mut Reader<'_>, features: usize) -> Result<(NetworkShape, u8), ModelError> {
     let code = r.u8()?;
     let Some(activation) = Activation::from_code(code) else {
-        return Err(r.defect(format!("activation {code} is not known")));
+        return Err(r.defect(FileDefect::Unsupported(format!("activation {code} is not known").into())));
     };
     let purpose = r.u8()?;
     let octaves = r.u8()? as usize;
     let depth = r.u8()? as usize;
     let hidden = r.u32s(depth)?.into_iter().map(|w| w as usize).collect();
     let shape = NetworkShape { features, octaves, hidden, activation };
-    shape.validate().map_err(|e| r.defect(e.to_string()))?;
+    shape.validate().map_err(|e| r.defect(e))?;
     Ok((shape, purpose))
 }
 

@@ -8,6 +8,7 @@ use super::bytes::{Reader, Writer};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
+use ndf_mesh::io::FileDefect;
 use ndf_network::MlpShape;
 
 const PLAIN: u8 = 0;
@@ -97,7 +98,8 @@ pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Resu
             let grids: Vec<Grid> = r.take(groups.count())?.iter().map(|&e| Grid::new(e as i8)).collect();
             let length = r.u32()? as usize;
             if !is_plausible(count, length) {
-                return Err(r.defect("it announces more numbers than its bytes can hold"));
+                let text = "it announces more numbers than its bytes can hold";
+                return Err(r.defect(FileDefect::TooLarge(text.into())));
             }
             let mut coder = Decoder::new(r.take(length)?);
             let mut models = vec![Integers::new(); groups.count()];
@@ -105,11 +107,12 @@ pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Resu
             for g in groups.order().take(count) {
                 numbers.push(grids[g].number(models[g].code(&mut coder, 0)));
                 if coder.is_exhausted() {
-                    return Err(r.defect("it ends too early"));
+                    return Err(r.truncated());
                 }
             }
-            if coder.is_spent() { Ok(numbers) } else { Err(r.defect("there are bytes after its end")) }
+            let is_spent = coder.is_spent();
+            if is_spent { Ok(numbers) } else { Err(r.defect(FileDefect::TrailingBytes("its end"))) }
         }
-        other => Err(r.defect(format!("coding {other} is not known"))),
+        other => Err(r.unknown_coding(other)),
     }
 }

@@ -19,6 +19,7 @@ use super::error::{ModelError, VERSION};
 use super::network;
 use crate::intrinsic_network::ChannelIndex;
 use crate::scalars::{Channel, MAX_CHANNELS, ScalarShape, SurfaceScalars};
+use ndf_mesh::io::FileDefect;
 
 /// Tag of the section.
 pub(super) const TAG: &str = "SCAL";
@@ -44,9 +45,8 @@ pub(super) fn write(fields: &SurfaceScalars) -> Vec<u8> {
 pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceScalars, ModelError> {
     let count = r.u32()? as usize;
     if count > MAX_CHANNELS {
-        return Err(
-            r.defect(format!("{count} scalar fields announced; at most {MAX_CHANNELS} are supported"))
-        );
+        let text = format!("{count} scalar fields announced; at most {MAX_CHANNELS} are supported");
+        return Err(r.defect(FileDefect::TooLarge(text.into())));
     }
     let channels: Vec<Channel> = (0..count).map(|_| read_channel(&mut r)).collect::<Result<_, _>>()?;
     let dimension = network::read_dimension(&mut r)?;
@@ -54,15 +54,17 @@ pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceSca
     let index = match index {
         0 => ChannelIndex::Output,
         1 => ChannelIndex::Input,
-        code => return Err(r.defect(format!("channel index {code} is not known"))),
+        code => {
+            let text = format!("channel index {code} is not known");
+            return Err(r.defect(FileDefect::Unsupported(text.into())));
+        }
     };
     let shape = ScalarShape { network, index };
     // The parts are checked again as they are put together; here, that they are all there.
     let parameters = network::read_parameters(&mut r, &shape.mlp(channels.len()), VERSION)?;
     let features = network::read_features(&mut r, dimension, base_vertices, VERSION)?;
     r.end()?;
-    SurfaceScalars::new(channels, shape, base_vertices, features, parameters)
-        .map_err(|e| r.defect(e.to_string()))
+    SurfaceScalars::new(channels, shape, base_vertices, features, parameters).map_err(|e| r.defect(e))
 }
 
 impl SurfaceScalars {
@@ -74,7 +76,8 @@ impl SurfaceScalars {
 
 fn read_channel(r: &mut Reader<'_>) -> Result<Channel, ModelError> {
     let length = r.u8()? as usize;
-    let name = String::from_utf8(r.u8s(length)?).map_err(|_| r.defect("a name is not ASCII"))?;
+    let name = String::from_utf8(r.u8s(length)?);
+    let name = name.map_err(|_| r.defect(FileDefect::Value("a name is not ASCII".into())))?;
     let [least, most, mean, deviation] = [r.f32()?, r.f32()?, r.f32()?, r.f32()?];
     Ok(Channel { name, range: [least, most], mean, deviation })
 }

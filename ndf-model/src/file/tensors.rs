@@ -18,13 +18,14 @@ use std::collections::HashMap;
 use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
 
-use super::error::TensorsError;
+use super::error::{PartDefect, TensorsError};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
 use crate::model::Model;
 use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
+use ndf_mesh::io::FileDefect;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_network::MlpShape;
 
@@ -122,7 +123,9 @@ impl Model {
         let text = header.metadata().as_ref().and_then(|entries| entries.get(KEY));
         let metadata: Metadata = serde_json::from_str(text.ok_or(TensorsError::NotAModel)?)?;
         let tensors = SafeTensors::deserialize(bytes)?;
-        let parts = |e: &dyn std::fmt::Display| TensorsError::Parts(e.to_string());
+        fn parts<E: Into<PartDefect>>(error: E) -> TensorsError {
+            TensorsError::Parts(error.into())
+        }
         let positions = read_floats(&tensors, "base.positions", &[None, Some(3)])?;
         let positions: Vec<DVec3> = positions
             .as_chunks()
@@ -133,21 +136,22 @@ impl Model {
         let faces = read(&tensors, "base.faces", Dtype::U32, &[None, Some(3)])?;
         let faces: Vec<u32> = faces.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
         let vertices = positions.len();
-        let mesh = TriangleMesh::new(positions, faces.as_chunks().0.to_vec()).map_err(|e| parts(&e))?;
-        let base = ManifoldMesh::try_from(mesh).map_err(|e| parts(&e))?;
+        let mesh = TriangleMesh::new(positions, faces.as_chunks().0.to_vec());
+        let mesh = mesh.map_err(|e| parts(FileDefect::from(e)))?;
+        let base = ManifoldMesh::try_from(mesh).map_err(|e| parts(FileDefect::from(e)))?;
         let shape = metadata.shape;
         let [features, parameters] = read_network(&tensors, "", vertices, &shape.network, || shape.mlp())?;
-        let field = DisplacementField::new(base, shape, features, parameters).map_err(|e| parts(&e))?;
+        let field = DisplacementField::new(base, shape, features, parameters).map_err(parts)?;
         let similarity = read(&tensors, "similarity", Dtype::F64, &[Some(4)])?;
         let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
         let similarity =
-            Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..])).map_err(|e| parts(&e))?;
+            Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..])).map_err(parts)?;
         let mut scalars = Vec::new();
         for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {
             let (name, mlp) = (format!("scalars.{s}."), || shape.mlp(channels.len()));
             let [features, parameters] = read_network(&tensors, &name, vertices, &shape.network, mlp)?;
             let fields = SurfaceScalars::new(channels, shape, vertices, features, parameters);
-            scalars.push(fields.map_err(|e| parts(&e))?);
+            scalars.push(fields.map_err(parts)?);
         }
         Ok(Self { field, similarity, scalars, provenance: metadata.provenance })
     }
@@ -184,7 +188,7 @@ fn read_network(
     mlp: impl Fn() -> MlpShape,
 ) -> Result<[Vec<f32>; 2], TensorsError> {
     // Sizes that are absurd must not get as far as being multiplied.
-    shape.validate().map_err(|e| TensorsError::Parts(e.to_string()))?;
+    shape.validate().map_err(|e| TensorsError::Parts(e.into()))?;
     let features =
         read_floats(tensors, &format!("{prefix}features"), &[Some(vertices), Some(shape.features)])?;
     let mut parameters = Vec::new();
@@ -218,6 +222,7 @@ fn read<'a>(
     if tensor.dtype() != dtype || !fits {
         let defect =
             format!("{:?} {:?} where {dtype:?} {shape:?} is expected", tensor.dtype(), tensor.shape());
+        let defect = FileDefect::Mismatch(defect.into());
         return Err(TensorsError::Tensor { name: name.to_owned(), defect });
     }
     Ok(tensor.data())

@@ -3,10 +3,12 @@
 //! The network is read as tiny-cuda-nn lays it out: matrices without biases, sides padded to sixteen, then the
 //! hash grid. What it gives is the logarithm of the density, or a distance.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use flate2::read::{GzDecoder, ZlibDecoder};
 use ndf_core::{BoundingBox, DVec3};
+use ndf_mesh::io::FileDefect;
 use rmpv::ValueRef;
 
 use super::graph::{Dense, Graph};
@@ -45,8 +47,24 @@ fn unpacked(bytes: &[u8], limit: u64) -> Option<Vec<u8>> {
     Some(contents)
 }
 
-fn broken(defect: impl Into<String>) -> LayoutError {
-    LayoutError::Broken { layout: LAYOUT, defect: defect.into() }
+fn broken(defect: FileDefect) -> LayoutError {
+    LayoutError::Broken { layout: LAYOUT, defect }
+}
+
+fn missing(text: impl Into<Cow<'static, str>>) -> LayoutError {
+    broken(FileDefect::Missing(text.into()))
+}
+
+fn out_of_range(text: impl Into<Cow<'static, str>>) -> LayoutError {
+    broken(FileDefect::Value(text.into()))
+}
+
+fn unsupported(text: String) -> LayoutError {
+    broken(FileDefect::Unsupported(text.into()))
+}
+
+fn undecodable(text: impl Into<Cow<'static, str>>) -> LayoutError {
+    broken(FileDefect::Undecodable(text.into()))
 }
 
 impl NeuralField {
@@ -58,11 +76,11 @@ impl NeuralField {
     pub fn from_snapshot(bytes: &[u8]) -> Result<Self, LayoutError> {
         let contents = match bytes {
             [0x1f, 0x8b, ..] | [0x78, ..] => unpacked(bytes, MOST_GROWTH * bytes.len() as u64)
-                .ok_or_else(|| broken("its compressed contents are damaged"))?,
+                .ok_or_else(|| undecodable("its compressed contents are damaged"))?,
             _ => bytes.to_vec(),
         };
         let root = rmpv::decode::read_value_ref_with_max_depth(&mut contents.as_slice(), DEEPEST)
-            .map_err(|e| broken(format!("as MessagePack: {e}")))?;
+            .map_err(|e| undecodable(format!("as MessagePack: {e}")))?;
         let found = read(&Map(&root))?;
         let is_density = found.quantity == Quantity::Density;
         let field = Self::from_recognised(found)?;
@@ -89,18 +107,18 @@ impl<'a> Map<'a> {
     fn map(self, key: &str) -> Result<Map<'a>, LayoutError> {
         self.get(key).map(Map).ok_or_else(|| {
             let found: Vec<&str> = self.entries().iter().filter_map(|(k, _)| text(k)).collect();
-            broken(format!("it has no {key}, only {}", found.join(", ")))
+            missing(format!("it has no {key}, only {}", found.join(", ")))
         })
     }
 
     fn number(self, key: &str) -> Result<f64, LayoutError> {
-        self.get(key).and_then(number).ok_or_else(|| broken(format!("it has no number {key}")))
+        self.get(key).and_then(number).ok_or_else(|| missing(format!("it has no number {key}")))
     }
 
     fn size(self, key: &str) -> Result<usize, LayoutError> {
         let number = self.number(key)?;
         let size = (0.0..65536.0).contains(&number) && number.fract() == 0.0;
-        size.then_some(number as usize).ok_or_else(|| broken(format!("{key} is {number}")))
+        size.then_some(number as usize).ok_or_else(|| out_of_range(format!("{key} is {number}")))
     }
 
     fn text(self, key: &str) -> &'a str {
@@ -134,7 +152,7 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
     let quantity = match snapshot.text("mode").to_ascii_lowercase().as_str() {
         "nerf" => Quantity::Density,
         "sdf" => Quantity::Distance,
-        other => return Err(broken(format!("a snapshot of the mode {other:?} holds no surface"))),
+        other => return Err(unsupported(format!("a snapshot of the mode {other:?} holds no surface"))),
     };
     let parameters = parameters(snapshot)?;
     let bounds = snapshot.map("aabb").ok().and_then(|aabb| {
@@ -153,7 +171,8 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
         growth: encoding.number("per_level_scale")?,
         smooth: encoding.text("interpolation").eq_ignore_ascii_case("smoothstep"),
     };
-    let grid_size = shape.parameters().ok_or_else(|| broken("the sizes of its grid are out of range"))?;
+    let grid_size =
+        shape.parameters().ok_or_else(|| out_of_range("the sizes of its grid are out of range"))?;
 
     let network = root.map("network")?;
     let inputs = (shape.levels * features).next_multiple_of(16);
@@ -170,11 +189,12 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
     let needed = density_size + colour_size + grid_size;
     if parameters.len() < needed {
         let found = parameters.len();
-        return Err(broken(format!("it has {found} parameters, its networks and grid need {needed}")));
+        let text = format!("it has {found} parameters, its networks and grid need {needed}");
+        return Err(broken(FileDefect::Truncated(text.into())));
     }
     let grid = &parameters[density_size + colour_size..needed];
-    let grid =
-        HashGrid::new(shape, grid.to_vec(), bounds).ok_or_else(|| broken("the box of its grid is empty"))?;
+    let grid = HashGrid::new(shape, grid.to_vec(), bounds)
+        .ok_or_else(|| out_of_range("the box of its grid is empty"))?;
     let graph = graph(grid, &sizes, &parameters, inputs - shape.levels * features)?;
     Ok(Recognised { graph, layout: LAYOUT, quantity, bounds })
 }
@@ -183,11 +203,11 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
 fn mlp_sizes(network: Map<'_>, inputs: usize, outputs: usize) -> Result<Vec<(usize, usize)>, LayoutError> {
     let (width, hidden) = (network.size("n_neurons")?, network.size("n_hidden_layers")?);
     if !(1..=1024).contains(&width) || !(1..=32).contains(&hidden) {
-        return Err(broken(format!("a network has {hidden} layers of {width} neurons")));
+        return Err(out_of_range(format!("a network has {hidden} layers of {width} neurons")));
     }
     match network.text("activation").to_ascii_lowercase().as_str() {
         "relu" | "" => {}
-        other => return Err(broken(format!("a network has the activation {other}; only ReLU is read"))),
+        other => return Err(unsupported(format!("a network has the activation {other}; only ReLU is read"))),
     }
     let mut sizes = vec![(width, inputs)];
     sizes.extend(vec![(width, width); hidden - 1]);
@@ -197,13 +217,13 @@ fn mlp_sizes(network: Map<'_>, inputs: usize, outputs: usize) -> Result<Vec<(usi
 
 fn parameters(snapshot: Map<'_>) -> Result<Vec<f32>, LayoutError> {
     let Some(ValueRef::Binary(bytes)) = snapshot.get("params_binary") else {
-        return Err(broken("it has no params_binary"));
+        return Err(missing("it has no params_binary"));
     };
     Ok(match snapshot.text("params_type") {
         "float" => bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect(),
         "__half" => bytes.as_chunks::<2>().0.iter().map(|&b| half::f16::from_le_bytes(b).to_f32()).collect(),
         other => {
-            return Err(broken(format!(
+            return Err(unsupported(format!(
                 "its parameters are of the type {other:?}; __half and float are read"
             )));
         }
@@ -230,7 +250,9 @@ fn graph(
         if l + 1 == sizes.len() {
             layer = layer.and_then(|layer| layer.only_output(0));
         }
-        h = layer.and_then(|layer| graph.dense(layer, h)).ok_or_else(|| broken("its layers do not fit"))?;
+        h = layer
+            .and_then(|layer| graph.dense(layer, h))
+            .ok_or_else(|| broken(FileDefect::Mismatch("its layers do not fit".into())))?;
         if l + 1 < sizes.len() {
             h = graph.map(Activation::Relu, h);
         }

@@ -99,7 +99,7 @@ fn decoders_agree_for_every_code() {
     }
     assert_eq!(Latent::from_tensors(&codes, 3), None);
     let short = NeuralField::from_tensors(&weights, Some(&Latent(vec![0.0; 3])));
-    assert!(matches!(short, Err(LayoutError::Latent(_))));
+    assert!(matches!(short, Err(LayoutError::Latent { .. })));
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub use areas::areas;
 pub use local_planes::{LocalPlanes, agreement_of_normals};
 pub use moving_spheres::MovingSpheres;
 pub use neighbours::{Neighbour, Neighbours};
-pub use orientation::{Cancelled, Orientation, orient};
+pub use orientation::{Orientation, orient};
 pub use oriented_cloud::OrientedCloud;
 pub use unoriented::{UnorientedCloud, unoriented_cloud};
 pub use winding_field::{WindingField, WindingFieldOptions};

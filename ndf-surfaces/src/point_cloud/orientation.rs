@@ -6,7 +6,7 @@
 //! replacing the vectors' directions by those of the gradient, while the regularisation shrinks. A step costs four sums
 //! over the cloud, all of them hierarchical: the winding number, its transpose, its gradient.
 
-use ndf_core::{DVec3, Progress};
+use ndf_core::{Cancelled, DVec3, Progress};
 
 use super::local_planes::{LocalPlanes, agreement_of_normals};
 use super::neighbours::Neighbours;
@@ -35,11 +35,6 @@ pub struct Orientation {
     pub agreement: f64,
 }
 
-/// Why there is no orientation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
-pub struct Cancelled;
-
 /// Orients a cloud. The signs are those of the winding number, the directions those of local planes where the two agree
 /// to within 45°. O(n log n) on all threads, about 160 sums over the cloud for each point.
 ///
@@ -55,9 +50,7 @@ pub fn orient(
     let last = if last > 0.0 { last } else { f64::MIN_POSITIVE.sqrt() };
     let mut moments = vec![DVec3::ZERO; positions.len()];
     for step in 0..STEPS {
-        if progress.cancelled() {
-            return Err(Cancelled);
-        }
+        progress.check()?;
         let left = (STEPS - 1 - step) as f64 / (STEPS - 1) as f64;
         moments = stepped(positions, moments, last * (1.0 + left * (FIRST - 1.0)));
         progress.report("orienting", (step + 1) as f64 / STEPS as f64);

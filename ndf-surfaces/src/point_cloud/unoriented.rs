@@ -1,11 +1,11 @@
 //! Clouds without normals: what is needed to learn one.
 
-use ndf_core::Progress;
+use ndf_core::{Cancelled, Progress};
 
 use super::local_planes::LocalPlanes;
 use super::moving_spheres::MovingSpheres;
 use super::neighbours::Neighbours;
-use super::orientation::{Cancelled, orient};
+use super::orientation::orient;
 use super::oriented_cloud::OrientedCloud;
 use super::winding_field::WindingFieldOptions;
 use ndf_formats::point_cloud::PointCloud;

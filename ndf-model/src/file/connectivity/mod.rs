@@ -17,13 +17,18 @@ mod writing;
 
 pub use self::order::BaseOrder;
 
-use self::machine::{Defect, Guide, Machine, Step};
+use self::machine::{Guide, Machine, Step};
 use self::writing::Writing;
 use super::range_coder::Coder;
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::io::FileDefect;
 
 /// More faces than any base mesh has; so much may be allocated before a hostile file is found out.
 const MAX_FACES: usize = 1 << 21;
+
+pub(super) fn too_many_faces() -> FileDefect {
+    FileDefect::TooLarge("it announces more faces than its bytes can hold".into())
+}
 
 /// Steps are read; there is nothing to know.
 struct Reading;
@@ -52,11 +57,17 @@ pub(super) fn encode(coder: &mut impl Coder, mesh: &ManifoldMesh) -> Option<Base
 ///
 /// # Errors
 /// If the stream ends early or does not make sense. O(faces) memory, of the faces that are really there.
-pub(super) fn decode(coder: &mut impl Coder, face_count: usize) -> Result<(Vec<[u32; 3]>, usize), Defect> {
+pub(super) fn decode(
+    coder: &mut impl Coder,
+    face_count: usize,
+) -> Result<(Vec<[u32; 3]>, usize), FileDefect> {
     if face_count > MAX_FACES {
-        return Err("it announces more faces than its bytes can hold");
+        return Err(too_many_faces());
     }
     let mut machine = Machine::new();
-    machine.run(coder, &mut Reading, face_count)?;
+    machine.run(coder, &mut Reading, face_count).map_err(|text| match coder.is_exhausted() {
+        true => FileDefect::Truncated(text.into()),
+        false => FileDefect::Value(text.into()),
+    })?;
     Ok((machine.faces, machine.degrees.len()))
 }

@@ -20,7 +20,7 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
     if layers.is_empty() || filters.len() != layers.len() + 1 {
         let (filters, layers) = (filters.len(), layers.len());
         return Err(
-            part.broken(format!("it has {filters} filters and {layers} layers instead of one filter more"))
+            part.mismatch(format!("it has {filters} filters and {layers} layers instead of one filter more"))
         );
     }
     let last = layers.len();
@@ -29,12 +29,12 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         1 => (Quantity::Distance, cube(0.5), Some(output)),
         // Colours and density, of scenes like those of other radiance fields.
         4 => (Quantity::Density, cube(nerf::HALF_SIDE), output.only_output(3)),
-        n => return Err(part.broken(format!("its output has {n} numbers instead of 1 or 4"))),
+        n => return Err(part.mismatch(format!("its output has {n} numbers instead of 1 or 4"))),
     };
     let filter_of = |l: usize| if last == 8 { REUSED[l] } else { l };
     let mut graph = Graph::new();
     let position = graph.position();
-    let mismatch = |l: usize| part.broken(format!("layer {l} does not fit the one before"));
+    let mismatch = |l: usize| part.mismatch(format!("layer {l} does not fit the one before"));
     let sine = Activation::Sine { frequency: 1.0 };
     let mut known = vec![None; filters.len()];
     let mut filtered = |graph: &mut Graph, l: usize| {

@@ -20,7 +20,7 @@ pub(super) fn read(state: &State<'_>, latent: Option<&Latent>) -> Option<Result<
 fn maurock_layers(part: &Part<'_>) -> Result<Vec<Dense>, LayoutError> {
     let mut layers = part.layers(|l| format!("net.{l}.0"))?;
     if layers.len() < 3 {
-        return Err(part.broken("net.2.0 is missing"));
+        return Err(part.missing("net.2.0 is missing"));
     }
     let skip = part.layer("skip_layer.0")?;
     layers.insert(3, skip);
@@ -32,14 +32,12 @@ fn maurock_layers(part: &Part<'_>) -> Result<Vec<Dense>, LayoutError> {
 fn decoder(part: &Part<'_>, layers: Vec<Dense>, latent: Option<&Latent>) -> Result<Recognised, LayoutError> {
     let inputs = layers.first().map_or(0, Dense::inputs);
     let length =
-        inputs.checked_sub(3).ok_or_else(|| part.broken("its first layer has no room for a position"))?;
+        inputs.checked_sub(3).ok_or_else(|| part.mismatch("its first layer has no room for a position"))?;
     let zeros = Latent(vec![0.0; length]);
     let code = latent.unwrap_or(&zeros);
     if code.0.len() != length {
         let found = code.0.len();
-        return Err(LayoutError::Latent(format!(
-            "the decoder takes codes of {length} numbers, this one has {found}"
-        )));
+        return Err(LayoutError::Latent { expected: length, found });
     }
     let last = layers.len() - 1;
     let mut graph = Graph::new();
@@ -48,7 +46,7 @@ fn decoder(part: &Part<'_>, layers: Vec<Dense>, latent: Option<&Latent>) -> Resu
     for (l, layer) in layers.into_iter().enumerate() {
         let (wanted, given) = (layer.inputs(), graph.width(h));
         let mismatch =
-            || part.broken(format!("layer {l} takes {wanted} inputs, but the one before gives {given}"));
+            || part.mismatch(format!("layer {l} takes {wanted} inputs, but the one before gives {given}"));
         h = if l == 0 {
             // The code is the same at every point: its part of the layer goes into the bias.
             let layer = layer.with_inner_inputs(0, &code.0).ok_or_else(mismatch)?;

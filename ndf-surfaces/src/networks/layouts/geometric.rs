@@ -40,7 +40,7 @@ fn neus(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         Some(code) if code % 6 == 0 && code <= 6 * 16 => {
             graph.encoding(Encoding::ByOctave { octaves: code / 6 })
         }
-        _ => return Err(part.broken(format!("lin0 takes {inputs} inputs instead of 3 + 6 L"))),
+        _ => return Err(part.mismatch(format!("lin0 takes {inputs} inputs instead of 3 + 6 L"))),
     };
     chain(part, &mut graph, layers, input)?;
     Ok(Recognised { graph, layout: "NeuS", quantity: Quantity::Distance, bounds: cube(1.0) })
@@ -51,7 +51,7 @@ fn sdfstudio(part: &Part<'_>) -> Result<Recognised, LayoutError> {
     let code = 3 + 6 * SDFSTUDIO_OCTAVES;
     let inputs = layers.first().map_or(0, Dense::inputs);
     let features = inputs.checked_sub(code).ok_or_else(|| {
-        part.broken(format!("glin0 takes {inputs} inputs instead of {code} and the features of a grid"))
+        part.mismatch(format!("glin0 takes {inputs} inputs instead of {code} and the features of a grid"))
     })?;
     let mut graph = Graph::new();
     let encoding = graph.encoding(Encoding::ByCoordinate { octaves: SDFSTUDIO_OCTAVES });
@@ -70,7 +70,7 @@ fn sdfstudio(part: &Part<'_>) -> Result<Recognised, LayoutError> {
                 };
                 let grid = HashGrid::new(shape, grid.values().to_vec(), cube(2.0)).ok_or_else(|| {
                     let (found, needed) = (grid.values().len(), shape.parameters().unwrap_or(0));
-                    part.broken(format!("encoding.params has {found} numbers instead of {needed}"))
+                    part.mismatch(format!("encoding.params has {found} numbers instead of {needed}"))
                 })?;
                 graph.grid(grid)
             }
@@ -101,7 +101,7 @@ fn chain(part: &Part<'_>, graph: &mut Graph, layers: Vec<Dense>, input: NodeId) 
             layer = layer.only_output(0).expect("a layer has an output");
         }
         h = graph.dense(layer, h).ok_or_else(|| {
-            part.broken(format!("layer {l} takes {wanted} inputs, but the one before gives {given}"))
+            part.mismatch(format!("layer {l} takes {wanted} inputs, but the one before gives {given}"))
         })?;
         if l < last {
             h = graph.map(Activation::Softplus { beta: 100.0 }, h);

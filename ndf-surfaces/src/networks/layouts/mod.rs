@@ -11,6 +11,7 @@ use ndf_core::{BoundingBox, DVec3};
 
 use super::graph::Graph;
 use ndf_formats::tensors::{Tensor, TensorFile};
+use ndf_mesh::io::FileDefect;
 use state::State;
 
 pub(super) use sequential::siren_of_flat_file;
@@ -49,14 +50,19 @@ pub enum LayoutError {
         /// The layout.
         layout: &'static str,
         /// What is wrong.
-        defect: String,
+        defect: FileDefect,
     },
     /// A weight is NaN or infinite.
     #[error("weights of the network are not finite")]
     NotFinite,
-    /// A decoder and no fitting code.
-    #[error("{0}")]
-    Latent(String),
+    /// The code of a decoder has another length than the decoder takes.
+    #[error("the decoder takes codes of {expected} numbers, this one has {found}")]
+    Latent {
+        /// Numbers that the decoder takes.
+        expected: usize,
+        /// Numbers of the code.
+        found: usize,
+    },
 }
 
 /// What is asked for if nothing fits.

@@ -32,7 +32,7 @@ fn vanilla(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         part.layer("alpha_linear")?
     } else {
         let all = part.layer("output_linear")?;
-        all.only_output(3).ok_or_else(|| part.broken("output_linear has no fourth output"))?
+        all.only_output(3).ok_or_else(|| part.missing("output_linear has no fourth output"))?
     };
     trunk(part, layers, density)
 }
@@ -84,13 +84,13 @@ fn encoded(part: &Part<'_>, graph: &mut Graph, layers: &[Dense]) -> Result<NodeI
         Some(code) if code % 6 == 0 && code <= 6 * 24 => {
             Ok(graph.encoding(Encoding::ByOctave { octaves: code / 6 }))
         }
-        _ => Err(part.broken(format!("the first layer takes {inputs} inputs instead of 3 + 6 L"))),
+        _ => Err(part.mismatch(format!("the first layer takes {inputs} inputs instead of 3 + 6 L"))),
     }
 }
 
 fn connect(part: &Part<'_>, graph: &mut Graph, layer: Dense, from: NodeId) -> Result<NodeId, LayoutError> {
     let (wanted, given) = (layer.inputs(), graph.width(from));
-    let defect = || part.broken(format!("a layer takes {wanted} inputs, but the one before gives {given}"));
+    let defect = || part.mismatch(format!("a layer takes {wanted} inputs, but the one before gives {given}"));
     graph.dense(layer, from).ok_or_else(defect)
 }
 

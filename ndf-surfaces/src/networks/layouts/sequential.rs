@@ -4,6 +4,7 @@ use super::super::activation::Activation;
 use super::super::graph::{Dense, Graph, NodeId};
 use super::state::{Part, State};
 use super::{LayoutError, Quantity, Recognised, cube};
+use ndf_mesh::io::FileDefect;
 
 /// ω₀ of SIREN (Sitzmann et al. 2020).
 const SIREN: Activation = Activation::Sine { frequency: 30.0 };
@@ -45,7 +46,10 @@ fn operations(part: &Part<'_>, state: &State<'_>) -> Result<Recognised, LayoutEr
             "tanh" => graph.map(Activation::Tanh, h),
             // The last side of length 1 goes.
             "squeeze_last" => h,
-            other => return Err(part.broken(format!("the operation {other} is not known"))),
+            other => {
+                let text = format!("the operation {other} is not known");
+                return Err(part.broken(FileDefect::Unsupported(text.into())));
+            }
         };
     }
     finished(part, graph, h, "multilayer perceptron")
@@ -123,7 +127,7 @@ fn perceptron(
 
 fn connect(part: &Part<'_>, graph: &mut Graph, layer: Dense, from: NodeId) -> Result<NodeId, LayoutError> {
     let (wanted, given) = (layer.inputs(), graph.width(from));
-    let defect = || part.broken(format!("a layer takes {wanted} inputs where {given} are given"));
+    let defect = || part.mismatch(format!("a layer takes {wanted} inputs where {given} are given"));
     graph.dense(layer, from).ok_or_else(defect)
 }
 
@@ -135,7 +139,7 @@ fn finished(
 ) -> Result<Recognised, LayoutError> {
     match graph.width(last) {
         1 => Ok(Recognised { graph, layout, quantity: Quantity::Distance, bounds: cube(1.0) }),
-        n => Err(part.broken(format!("its output has {n} numbers instead of 1"))),
+        n => Err(part.mismatch(format!("its output has {n} numbers instead of 1"))),
     }
 }
 

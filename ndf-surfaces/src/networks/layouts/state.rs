@@ -1,8 +1,11 @@
 //! Layers by name.
 
+use std::borrow::Cow;
+
 use super::super::graph::Dense;
 use super::LayoutError;
 use ndf_formats::tensors::{Tensor, TensorFile};
+use ndf_mesh::io::FileDefect;
 
 /// The tensors of a file, in which a network may lie under any prefix.
 pub(super) struct State<'a> {
@@ -49,8 +52,18 @@ impl<'a> Part<'a> {
         self.file.get(&format!("{}{name}", self.prefix))
     }
 
-    pub(super) fn broken(&self, defect: impl Into<String>) -> LayoutError {
-        LayoutError::Broken { layout: self.layout, defect: defect.into() }
+    pub(super) fn broken(&self, defect: FileDefect) -> LayoutError {
+        LayoutError::Broken { layout: self.layout, defect }
+    }
+
+    /// A tensor or an output is missing.
+    pub(super) fn missing(&self, text: impl Into<Cow<'static, str>>) -> LayoutError {
+        self.broken(FileDefect::Missing(text.into()))
+    }
+
+    /// Sizes or shapes contradict each other.
+    pub(super) fn mismatch(&self, text: impl Into<Cow<'static, str>>) -> LayoutError {
+        self.broken(FileDefect::Mismatch(text.into()))
     }
 
     /// Whether there is a layer of a name.
@@ -64,7 +77,7 @@ impl<'a> Part<'a> {
     /// (w = g v / ‖v‖, each row; Salimans and Kingma 2016), and `bias`, which may be missing.
     pub(super) fn layer(&self, name: &str) -> Result<Dense, LayoutError> {
         let tensor = |kind: &str| self.tensor(&format!("{name}.{kind}"));
-        let missing = || self.broken(format!("{}{name}.weight is missing", self.prefix));
+        let missing = || self.missing(format!("{}{name}.weight is missing", self.prefix));
         let normalised = tensor("weight_g").zip(tensor("weight_v")).or_else(|| {
             tensor("parametrizations.weight.original0").zip(tensor("parametrizations.weight.original1"))
         });
@@ -72,7 +85,7 @@ impl<'a> Part<'a> {
             Some((g, v)) => {
                 let columns = v.shape().get(1).copied().unwrap_or(0);
                 if g.values().len() * columns != v.values().len() || columns == 0 {
-                    return Err(self.broken(format!("{name}.weight_g and weight_v have different sizes")));
+                    return Err(self.mismatch(format!("{name}.weight_g and weight_v have different sizes")));
                 }
                 (v.shape(), weight_normalised(g.values(), v.values()))
             }
@@ -82,11 +95,13 @@ impl<'a> Part<'a> {
             }
         };
         let &[outputs, _] = shape else {
-            return Err(self.broken(format!("{name}.weight has the shape {shape:?}, which is not a matrix")));
+            return Err(
+                self.mismatch(format!("{name}.weight has the shape {shape:?}, which is not a matrix"))
+            );
         };
         let bias = tensor("bias").map_or_else(|| vec![0.0; outputs], |bias| bias.values().to_vec());
         let layer = (bias.len() == outputs).then(|| Dense::new(weights, bias)).flatten();
-        layer.ok_or_else(|| self.broken(format!("weight and bias of {name} have different sizes")))
+        layer.ok_or_else(|| self.mismatch(format!("weight and bias of {name} have different sizes")))
     }
 
     /// Layers `name(0)`, `name(1)`, … as far as there are.
@@ -98,14 +113,16 @@ impl<'a> Part<'a> {
     pub(super) fn kernel_layer(&self, kernel: &str, bias: &str) -> Result<Dense, LayoutError> {
         let [kernel_tensor, bias_tensor] = [kernel, bias].map(|name| self.tensor(name));
         let (Some(k), Some(b)) = (kernel_tensor, bias_tensor) else {
-            return Err(self.broken(format!("{kernel} or {bias} is missing")));
+            return Err(self.missing(format!("{kernel} or {bias} is missing")));
         };
         let &[inputs, outputs] = k.shape() else {
-            return Err(self.broken(format!("{kernel} has the shape {:?}, which is not a matrix", k.shape())));
+            return Err(
+                self.mismatch(format!("{kernel} has the shape {:?}, which is not a matrix", k.shape()))
+            );
         };
         let rows = (0..outputs).flat_map(|o| (0..inputs).map(move |i| k.values()[i * outputs + o])).collect();
         let layer = (b.values().len() == outputs).then(|| Dense::new(rows, b.values().to_vec())).flatten();
-        layer.ok_or_else(|| self.broken(format!("{kernel} and {bias} have different sizes")))
+        layer.ok_or_else(|| self.mismatch(format!("{kernel} and {bias} have different sizes")))
     }
 }
 
