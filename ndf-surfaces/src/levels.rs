@@ -11,11 +11,22 @@ const BINS: usize = 128;
 /// Shares of the box's diagonal within which light that falls on the surface shall be halved.
 const HALVINGS: f64 = 100.0;
 
+/// Which rule gave the level of a density.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DensityRule {
+    /// Light is halved within a hundredth of the diagonal.
+    HalvedLight,
+    /// The positive values are parted best into two classes; less than the level of halved light.
+    Otsu,
+}
+
 /// The level of a density per unit of length in its box: that at which light is halved within a hundredth of the
 /// diagonal, or, where that is less, the one that parts the positive values best into two classes (Otsu's threshold of
 /// 1979 for their logarithms, at 64³ points). The former keeps to the outside of dense matter, the latter to what is
 /// dense in a field without any. 0 where no value is positive.
-pub fn density_level(field: &dyn ImplicitField) -> f64 {
+///
+/// Costs 64³ values of the field.
+pub fn density_level(field: &dyn ImplicitField) -> (f64, DensityRule) {
     let bounds = field.bounds();
     let points: Vec<DVec3> = (0..GRID * GRID * GRID)
         .map(|k| {
@@ -32,7 +43,8 @@ pub fn density_level(field: &dyn ImplicitField) -> f64 {
         })
         .collect();
     let halving = HALVINGS * std::f64::consts::LN_2 / bounds.diagonal();
-    otsu(&logarithms).map_or(0.0, |threshold| threshold.exp().min(halving))
+    let threshold = otsu(&logarithms).map_or(0.0, f64::exp);
+    if threshold < halving { (threshold, DensityRule::Otsu) } else { (halving, DensityRule::HalvedLight) }
 }
 
 /// The threshold with the largest variance between the classes below and above.

@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // Edges of a hundredth of the box; distances are in the input's units.
-    let mesh = Triangulated::from_model(&fitted.model, EdgeLength::Relative(0.03))?;
+    let mesh = Triangulated::from_model(&fitted.model, EdgeLength::Relative(0.03), &NoProgress)?;
     let distances = mesh.distances(&[Place::Vertex(Vertex(0))], &DistanceOptions::default(), &NoProgress)?;
     write_mesh(&output, mesh.mesh(), &[distances.scalars()])?;
     Ok(())

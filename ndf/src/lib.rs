@@ -10,7 +10,7 @@
 //! std::fs::write("scan.ndf", model.to_bytes())?;
 //!
 //! // Lengths are in the units of the scan.
-//! let mesh = Triangulated::from_model(&model, EdgeLength::World(0.5))?;
+//! let mesh = Triangulated::from_model(&model, EdgeLength::World(0.5), &NoProgress)?;
 //! let distances = mesh.distances(&[Place::Vertex(Vertex(0))], &DistanceOptions::default(), &NoProgress)?;
 //! assert_eq!(distances.values[0], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

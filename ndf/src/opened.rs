@@ -71,10 +71,16 @@ pub enum LevelRule {
     Zero,
     /// That of the logarithm of the density, as instant-ngp meshes it.
     InstantNgp,
-    /// Halves light within 1/100 of the box, or parts the densities best (Otsu) if that is less.
-    Light,
-    /// That of SuGaR's meshes, or half the typical density of opaque splats if that is less or where these are even.
+    /// Halves light within 1/100 of the box.
+    HalvedLight,
+    /// Parts the densities best (Otsu), at less than halves light within 1/100 of the box.
+    Otsu,
+    /// That of SuGaR's meshes.
     Sugar,
+    /// Half the typical density of opaque splats, which is less than SuGaR's level.
+    HalfTypical,
+    /// About half the typical density of opaque splats, which form an even sheet.
+    EvenSheet,
 }
 
 impl std::fmt::Display for LevelRule {
@@ -83,10 +89,15 @@ impl std::fmt::Display for LevelRule {
             Self::Asked => "as asked for",
             Self::Zero => "the zero of a distance",
             Self::InstantNgp => "of the logarithm of the density, as instant-ngp meshes it",
-            Self::Light => "halves light within 1/100 of the box, or parts the densities best (Otsu) if less",
-            Self::Sugar => {
-                "as SuGaR's meshes, or half the typical density of opaque splats if less or where these are even"
+            Self::HalvedLight => "halves light within 1/100 of the box",
+            Self::Otsu => {
+                "parts the densities best (Otsu); less than what halves light within 1/100 of the box"
             }
+            Self::Sugar => "as SuGaR's meshes",
+            Self::HalfTypical => {
+                "half the typical density of opaque splats; less than the level of SuGaR's meshes"
+            }
+            Self::EvenSheet => "about half the typical density of opaque splats, which form an even sheet",
         })
     }
 }

@@ -132,13 +132,17 @@ impl Triangulated {
     /// An edge length for a mesh is left out with a note.
     ///
     /// # Errors
-    /// If the file cannot be read, has no faces, or is a model without an edge length.
-    pub fn open(path: impl AsRef<Path>, edge_length: Option<EdgeLength>) -> Result<Self, NoTriangulation> {
+    /// If the file cannot be read, has no faces, is a model without an edge length, or the observer asks to stop.
+    pub fn open(
+        path: impl AsRef<Path>,
+        edge_length: Option<EdgeLength>,
+        progress: &dyn Progress,
+    ) -> Result<Self, NoTriangulation> {
         let path = path.as_ref();
         let name = || path.display().to_string();
         if begins_as_model(path) {
             let edge_length = edge_length.ok_or_else(|| NoTriangulation::NoEdgeLength { name: name() })?;
-            let found = Self::from_model(&read_model(path)?, edge_length);
+            let found = Self::from_model(&read_model(path)?, edge_length, progress);
             return found.map_err(|source| NoTriangulation::Extraction { name: name(), source });
         }
         let file = read_mesh(path)?;
@@ -170,9 +174,13 @@ impl Triangulated {
     /// The mesh of a model.
     ///
     /// # Errors
-    /// See [`ModelExt::extract`].
-    pub fn from_model(model: &Model, edge_length: EdgeLength) -> Result<Self, ExtractionError> {
-        model.extract(edge_length).map(|found| found.mesh.into())
+    /// See [`ModelExt::extract_with`].
+    pub fn from_model(
+        model: &Model,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<Self, ExtractionError> {
+        model.extract_with(edge_length, progress).map(|found| found.mesh.into())
     }
 
     /// The triangles.

@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     write(&folder.join("model.ndf"), &bytes)?;
 
     let before = Instant::now();
-    let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH))?.mesh;
+    let surface = fitted.model.extract_with(EdgeLength::Relative(EDGE_LENGTH), &context.progress())?.mesh;
     let seconds_extracting = before.elapsed().as_secs_f64();
     let stage = Stage::compared(&opened, &fitted, &surface, context)?;
     write_mesh(folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;

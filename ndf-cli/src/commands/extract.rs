@@ -32,7 +32,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// If the model cannot be read, the edge length asks for too much, or the mesh cannot be written.
-pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let model = read_model(&arguments.model)?;
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments, _context: &Context) -> Result<Outcome, Failure
     let (mesh, report) = if arguments.no_refine {
         (model.tessellate(length).map_err(|e| failed(&e))?, None)
     } else {
-        let found = model.extract(length).map_err(|e| failed(&e))?;
+        let found = model.extract_with(length, &context.progress()).map_err(|e| failed(&e))?;
         (found.mesh, Some(found.report))
     };
     let seconds = started.elapsed().as_secs_f64();

@@ -195,7 +195,7 @@ fn summary(figures: &ScalarFigures, model: &Model) -> String {
     table(&rows)
 }
 
-fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Failure> {
+fn run_eval(arguments: &EvalArguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
     let model = read_model(&arguments.model)?;
@@ -205,8 +205,8 @@ fn run_eval(arguments: &EvalArguments, _context: &Context) -> Result<Outcome, Fa
         return Err(failure.try_instead("`ndf scalars fit` stores some in it"));
     }
     let started = Instant::now();
-    let found =
-        model.extract(arguments.edge_length.get()).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let found = model.extract_with(arguments.edge_length.get(), &context.progress());
+    let found = found.map_err(|e| Failure::new(format!("{name}: {e}")))?;
     let columns = stored_scalars(&model, &found);
     let mesh = found.mesh;
     let seconds = started.elapsed().as_secs_f64();

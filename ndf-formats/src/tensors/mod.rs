@@ -129,6 +129,7 @@ fn foreign_note(foreign: &[String]) -> String {
 }
 
 /// What the decoder of a container says.
+#[cfg(any(feature = "hdf5", feature = "safetensors", feature = "zip"))]
 fn undecodable(text: impl std::fmt::Display) -> FileDefect {
     FileDefect::Undecodable(text.to_string().into())
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 #[cfg(feature = "zip")]
 use super::archive::{Archive, is_pickle};
 use super::pickle::unpickle;
-use super::{Contents, FileDefect, TensorError, truncated};
+use super::{Contents, TensorError, truncated};
 
 /// How the files before version 1.6 begin: protocol 2, then the number 0x1950a86a20f9469cfc6c in ten bytes.
 const LEGACY_MAGIC: [u8; 14] =
@@ -20,12 +20,12 @@ pub(super) fn is_legacy(bytes: &[u8]) -> bool {
 pub(super) fn read_zip(bytes: &[u8]) -> Result<Contents, TensorError> {
     let mut archive = Archive::open(bytes)?;
     let names = archive.names();
-    let none = || FileDefect::Missing("it has no data.pkl".into());
+    let none = || super::FileDefect::Missing("it has no data.pkl".into());
     let pickle_name = names.iter().find(|name| is_pickle(name)).ok_or_else(none)?;
     let folder = pickle_name.strip_suffix("data.pkl").unwrap_or_default().to_owned();
     if archive.read(&format!("{folder}byteorder")).is_ok_and(|order| order.starts_with(b"big")) {
         let text = "its numbers are in big-endian order, which is not supported";
-        return Err(FileDefect::Unsupported(text.into()).into());
+        return Err(super::FileDefect::Unsupported(text.into()).into());
     }
     let pickle_bytes = archive.read(pickle_name)?;
     let (pickle, _) = unpickle(&pickle_bytes)?;

@@ -5,7 +5,7 @@ use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 use super::graph::Graph;
 use super::layouts::{Latent, LayoutError, Quantity, Recognised, recognise, siren_of_flat_file};
 use crate::level_set::LevelSearch;
-use crate::levels::density_level;
+use crate::levels::{DensityRule, density_level};
 use ndf_formats::tensors::TensorFile;
 
 /// A scalar field that is a network.
@@ -16,6 +16,7 @@ pub struct NeuralField {
     quantity: Quantity,
     bounds: BoundingBox,
     level: f64,
+    rule: Option<DensityRule>,
     inside: Inside,
 }
 
@@ -26,7 +27,8 @@ const BORDER: usize = 12;
 const TOLERANCE: f64 = 1e-6;
 
 impl NeuralField {
-    /// The network in a checkpoint. A decoder of many shapes needs a code; other networks ignore it.
+    /// The network in a checkpoint. A decoder of many shapes needs a code; other networks ignore it. The level of a
+    /// density is [found by rule](crate::levels::density_level), which costs 64³ evaluations of the network.
     ///
     /// # Errors
     /// See [`LayoutError`].
@@ -39,11 +41,11 @@ impl NeuralField {
         if !graph.is_finite() {
             return Err(LayoutError::NotFinite);
         }
-        let field = Self { graph, layout, quantity, bounds, level: 0.0, inside: Inside::Above };
+        let field = Self { graph, layout, quantity, bounds, level: 0.0, rule: None, inside: Inside::Above };
         Ok(match quantity {
             Quantity::Density => {
-                let level = density_level(&field);
-                Self { level, ..field }
+                let (level, rule) = density_level(&field);
+                Self { level, rule: Some(rule), ..field }
             }
             Quantity::Distance => {
                 let inside = if field.is_mostly_positive_outside() { Inside::Below } else { Inside::Above };
@@ -54,7 +56,7 @@ impl NeuralField {
 
     /// A network of one's own: its values, the box its surface is in, and the level.
     pub fn new(graph: Graph, quantity: Quantity, bounds: BoundingBox, level: f64, inside: Inside) -> Self {
-        Self { graph, layout: "network", quantity, bounds, level, inside }
+        Self { graph, layout: "network", quantity, bounds, level, rule: None, inside }
     }
 
     /// A SIREN as a file of bare numbers, weights and bias of each layer; `None` if it cannot be one.
@@ -65,7 +67,12 @@ impl NeuralField {
     /// The same field with another level.
     #[must_use]
     pub fn with_level(self, level: f64) -> Self {
-        Self { level, ..self }
+        Self { level, rule: None, ..self }
+    }
+
+    /// The rule by which the level of a density was chosen, unless it was set.
+    pub fn level_rule(&self) -> Option<DensityRule> {
+        self.rule
     }
 
     /// The layout it was read from.

@@ -51,6 +51,17 @@ const MESH_LEVEL: f64 = 0.3;
 /// The share of the centres at which the density may be less than the sheet's.
 const THIN: f64 = 0.01;
 
+/// Which rule gave the level of splats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SplatRule {
+    /// That of SuGaR's meshes.
+    Sugar,
+    /// Half the typical density of opaque splats, which is less.
+    HalfTypical,
+    /// Above these: the splats form an even sheet.
+    EvenSheet,
+}
+
 /// A Gaussian ready for evaluation: `opacity · exp(−½ ‖A (x − center)‖²)`.
 #[derive(Clone, Copy, Debug)]
 struct Gaussian {
@@ -79,6 +90,7 @@ pub struct SplatDensity {
     least: f64,
     bounds: BoundingBox,
     level: f64,
+    rule: Option<SplatRule>,
     /// The median density at the centres of opaque splats.
     typical: f64,
     report: SplatReport,
@@ -126,17 +138,25 @@ impl SplatDensity {
         let centers = Hierarchy::new(&points, LEAF);
         // A length to measure by, also where splats keep their own scales.
         let least = least.max(1e-3 * diagonal);
-        let mut density = Self { gaussians, tree, centers, least, bounds, level: 0.0, typical: 0.0, report };
+        let (level, typical, rule) = (0.0, 0.0, None);
+        let density = Self { gaussians, tree, centers, least, bounds, level, rule, typical, report };
         let [thin, typical] = density.densities_at_centers();
-        density.typical = typical;
-        density.level = MESH_LEVEL.min(0.5 * typical).max(thin - 0.5 * typical);
-        Ok(density)
+        let (half, even) = (0.5 * typical, thin - 0.5 * typical);
+        let (level, rule) =
+            if half < MESH_LEVEL { (half, SplatRule::HalfTypical) } else { (MESH_LEVEL, SplatRule::Sugar) };
+        let (level, rule) = if even > level { (even, SplatRule::EvenSheet) } else { (level, rule) };
+        Ok(Self { level, typical, rule: Some(rule), ..density })
     }
 
     /// The same field with another level.
     #[must_use]
     pub fn with_level(self, level: f64) -> Self {
-        Self { level, ..self }
+        Self { level, rule: None, ..self }
+    }
+
+    /// The rule by which the level was chosen, unless it was set.
+    pub fn level_rule(&self) -> Option<SplatRule> {
+        self.rule
     }
 
     /// What became of the splats.

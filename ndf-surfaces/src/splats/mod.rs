@@ -4,4 +4,4 @@ mod density;
 #[cfg(test)]
 mod tests;
 
-pub use density::{DensityOptions, NoSplats, SplatDensity, SplatReport};
+pub use density::{DensityOptions, NoSplats, SplatDensity, SplatReport, SplatRule};

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use ndf_core::Progress;
+use ndf_core::{ImplicitField, Progress};
 use ndf_formats::tensors::{TensorFile, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
+use ndf_surfaces::levels::DensityRule;
 use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
 
 use super::{Content, OpenError, OpenOptions, Representation};
@@ -90,14 +91,15 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Network, OpenError> 
 
 /// The field at the level asked for, or at that of its rule.
 fn levelled(field: NeuralField, asked: Option<f64>) -> (NeuralField, Level) {
-    use ndf_core::ImplicitField;
     if let Some(value) = asked {
         return (field.with_level(value), Level { value, rule: LevelRule::Asked });
     }
-    let (value, rule) = match (field.quantity(), field.layout()) {
+    let (value, rule) = match (field.quantity(), field.level_rule()) {
         (Quantity::Distance, _) => (0.0, LevelRule::Zero),
-        (Quantity::Density, "instant-ngp") => (field.level(), LevelRule::InstantNgp),
-        (Quantity::Density, _) => (field.level(), LevelRule::Light),
+        (Quantity::Density, Some(DensityRule::HalvedLight)) => (field.level(), LevelRule::HalvedLight),
+        (Quantity::Density, Some(DensityRule::Otsu)) => (field.level(), LevelRule::Otsu),
+        // The reader of snapshots sets the level.
+        (Quantity::Density, None) => (field.level(), LevelRule::InstantNgp),
     };
     (field, Level { value, rule })
 }

@@ -3,7 +3,7 @@
 use ndf_core::{ImplicitField, Progress};
 use ndf_formats::splats::{SplatFormat, parse_splats, splat_format};
 use ndf_surfaces::LevelSetSurface;
-use ndf_surfaces::splats::{DensityOptions, SplatDensity};
+use ndf_surfaces::splats::{DensityOptions, SplatDensity, SplatRule};
 
 use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, SplatsDescription};
@@ -65,8 +65,13 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Read, OpenError> {
     let (density, level) = match options.level {
         Some(value) => (density.with_level(value), Level { value, rule: LevelRule::Asked }),
         None => {
+            let rule = match density.level_rule() {
+                Some(SplatRule::HalfTypical) => LevelRule::HalfTypical,
+                Some(SplatRule::EvenSheet) => LevelRule::EvenSheet,
+                Some(SplatRule::Sugar) | None => LevelRule::Sugar,
+            };
             let value = density.level();
-            (density, Level { value, rule: LevelRule::Sugar })
+            (density, Level { value, rule })
         }
     };
     Ok(Read { density, format, level, splats: splats.len(), notes })

@@ -16,6 +16,7 @@ type Storages<'s> = &'s mut dyn FnMut(&str) -> Option<&'s [u8]>;
 
 impl Pickle<'_> {
     /// Keys of all storages that are named.
+    #[cfg(feature = "zip")]
     pub(in super::super) fn storage_keys(&self) -> Vec<String> {
         let mut keys: Vec<String> = self
             .objects
