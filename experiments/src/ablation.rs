@@ -232,7 +232,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let file = ndf_mesh::io::read_mesh(path).map_err(|e| say(&e))?;
-        let mesh = repair::mended(&file.mesh).map_err(|e| say(&e))?.mesh;
+        let mesh = repair::repaired(&file.mesh).map_err(|e| say(&e))?.mesh;
         let surface = MeshSurface::new(&mesh).map_err(|e| say(&e))?;
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };
         let base =

@@ -75,7 +75,7 @@ fn no_mesh(error: &NoMesh) -> Failure {
     }
 }
 
-/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold, mended
+/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold, repaired
 /// otherwise, or, where that cannot be, its usable triangles; or the mesh of a model.
 ///
 /// # Errors

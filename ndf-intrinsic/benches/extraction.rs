@@ -59,7 +59,7 @@ fn measure(path: &Path, h: &str) -> Result<String, String> {
         peak_memory(),
         100.0 * r.delaunay_intrinsic_fraction,
         100.0 * r.delaunay_embedded_fraction,
-        r.min_angle_deg.p5,
+        r.min_angle.p5.to_degrees(),
         r.longest_in_h,
     ))
 }

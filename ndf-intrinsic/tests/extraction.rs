@@ -47,7 +47,7 @@ fn every_promise_is_kept() {
             }
             if h < 0.5 {
                 assert!(report.delaunay_embedded_fraction > 0.999);
-                assert!(report.min_angle_deg.p5 > 30.0);
+                assert!(report.min_angle.p5.to_degrees() > 30.0);
                 assert!(report.longest_in_h < 1.7);
             }
         }

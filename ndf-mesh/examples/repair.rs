@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [input, output] = &arguments[..] else { return Err("usage: repair INPUT OUTPUT".into()) };
     let file = read_mesh(input)?;
     println!("{}", ValidationReport::of(&file.mesh));
-    let repaired = repair::mended(&file.mesh)?;
+    let repaired = repair::repaired(&file.mesh)?;
     for note in &repaired.notes {
         println!("{note}");
     }

@@ -1,4 +1,4 @@
-//! Triangle meshes: as read ([`TriangleMesh`]), examined ([`ValidationReport`]), mended ([`repair`]) and proven
+//! Triangle meshes: as read ([`TriangleMesh`]), examined ([`ValidationReport`]), repaired ([`repair`]) and proven
 //! ([`ManifoldMesh`]); their files ([`io`]), [closest points and rays](triangle_tree), [sampling], [quality] and
 //! [distances](metrics).
 //!

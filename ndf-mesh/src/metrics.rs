@@ -46,9 +46,9 @@ pub struct Measurement {
     pub reference_to_mesh: Distances,
     /// From samples of the mesh to the reference: large where the mesh has something of its own.
     pub mesh_to_reference: Distances,
-    /// Mean angle, in degrees, between the face normal of a sample and the face normal at its closest point, over
+    /// Mean angle, in radians, between the face normal of a sample and the face normal at its closest point, over
     /// the samples of both meshes.
-    pub normal_deg_mean: f64,
+    pub normal_angle_mean: f64,
     /// Share of the samples of the mesh whose face normal opposes that of the reference at the closest point.
     pub flipped_fraction: f64,
     /// The larger of both maxima.
@@ -93,11 +93,7 @@ pub fn measure(
     Ok(Measurement {
         reference_to_mesh: forth.distances(options.samples),
         mesh_to_reference: back.distances(options.samples),
-        normal_deg_mean: if angles == 0 {
-            0.0
-        } else {
-            ((forth.angle_sum + back.angle_sum) / angles as f64).to_degrees()
-        },
+        normal_angle_mean: if angles == 0 { 0.0 } else { (forth.angle_sum + back.angle_sum) / angles as f64 },
         flipped_fraction: back.flipped as f64 / options.samples as f64,
         hausdorff: forth.max_squared.max(back.max_squared).sqrt(),
         diagonal: reference.bounds().diagonal(),
@@ -197,7 +193,10 @@ mod tests {
     fn a_mesh_has_no_distance_to_itself() {
         let mesh = shapes::trefoil_knot(100, 12, 0.2);
         let m = measure(&mesh, &mesh, &FEW).unwrap();
-        assert!(m.hausdorff < 1e-14 && m.normal_deg_mean < 1e-4 && m.flipped_fraction == 0.0, "{m:?}");
+        assert!(
+            m.hausdorff < 1e-14 && m.normal_angle_mean.to_degrees() < 1e-4 && m.flipped_fraction == 0.0,
+            "{m:?}"
+        );
         assert_eq!(m.diagonal, mesh.bounds().diagonal());
     }
 
@@ -212,7 +211,7 @@ mod tests {
             assert!(d.mean <= d.rms && d.rms <= d.max);
         }
         assert_relative_eq!(m.hausdorff, 0.25, epsilon = 1e-3);
-        assert!(m.normal_deg_mean < 2.0 && m.flipped_fraction == 0.0, "{m:?}");
+        assert!(m.normal_angle_mean.to_degrees() < 2.0 && m.flipped_fraction == 0.0, "{m:?}");
     }
 
     #[test]
@@ -238,7 +237,7 @@ mod tests {
         }
         let m = measure(&mesh, &TriangleMesh::new(positions, faces).unwrap(), &FEW).unwrap();
         assert_relative_eq!(m.flipped_fraction, 0.25, epsilon = 0.01);
-        assert_relative_eq!(m.normal_deg_mean, 45.0, epsilon = 2.0);
+        assert_relative_eq!(m.normal_angle_mean.to_degrees(), 45.0, epsilon = 2.0);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-/// The smallest angles of all faces, in degrees.
+/// The smallest angles of all faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SmallestAngles {
     /// The smallest of all.
@@ -33,13 +33,22 @@ pub struct SmallestAngles {
     pub median: f64,
 }
 
+impl SmallestAngles {
+    /// The same in degrees.
+    #[must_use]
+    pub fn to_degrees(self) -> Self {
+        let Self { min, p5, median } = self;
+        Self { min: min.to_degrees(), p5: p5.to_degrees(), median: median.to_degrees() }
+    }
+}
+
 /// Figures of a mesh's triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quality {
     /// Lengths of the edges.
     pub edge_length: Spread,
-    /// Smallest angle of every face.
-    pub min_angle_deg: SmallestAngles,
+    /// Smallest angle of every face, in radians.
+    pub min_angle: SmallestAngles,
     /// Share of the inner edges that are locally Delaunay: the two angles opposite to them sum to at most π.
     pub delaunay_fraction: f64,
 }
@@ -66,7 +75,7 @@ impl Quality {
         let mut quantile = |q: f64| {
             let rank = ((cotangents.len() - 1) as f64 * q).round() as usize;
             let (_, cotangent, _) = cotangents.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
-            1.0_f64.atan2(*cotangent).to_degrees()
+            1.0_f64.atan2(*cotangent)
         };
         Self {
             edge_length: Spread {
@@ -74,7 +83,7 @@ impl Quality {
                 mean: all.length / mesh.topology().edge_count() as f64,
                 max: all.longest,
             },
-            min_angle_deg: SmallestAngles { min: quantile(0.0), p5: quantile(0.05), median: quantile(0.5) },
+            min_angle: SmallestAngles { min: quantile(0.0), p5: quantile(0.05), median: quantile(0.5) },
             delaunay_fraction: if all.inner == 0 { 1.0 } else { all.delaunay as f64 / all.inner as f64 },
         }
     }
@@ -167,7 +176,7 @@ mod tests {
         let mesh = ManifoldMesh::try_from(shapes::grid(4, 4)).unwrap();
         let quality = Quality::of(&mesh);
         assert!(quality.is_delaunay());
-        assert!((quality.min_angle_deg.min - 45.0).abs() < 1e-9);
+        assert!((quality.min_angle.min.to_degrees() - 45.0).abs() < 1e-9);
         assert!((quality.edge_length.max - 0.25 * 2.0_f64.sqrt()).abs() < 1e-12);
     }
 
@@ -186,6 +195,6 @@ mod tests {
         let positions = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]].map(|p| DVec3::new(p[0], p[1], 0.0));
         let mesh = TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2]]).unwrap();
         let quality = Quality::of(&ManifoldMesh::try_from(mesh).unwrap());
-        assert_eq!(quality.min_angle_deg.min, 0.0);
+        assert_eq!(quality.min_angle.min, 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Small, separate mends of an imperfect mesh. Each returns a new mesh; none changes the geometry beyond what
+//! Small, separate repairs of an imperfect mesh. Each returns a new mesh; none changes the geometry beyond what
 //! its name says, and all keep the order of what remains.
 
 use std::collections::HashMap;
@@ -16,8 +16,8 @@ const NEAR: f64 = 1e-6;
 
 /// A manifold made of an imperfect mesh, and what was done to it.
 #[derive(Clone, Debug)]
-pub struct Mended {
-    /// The largest component of the mended mesh.
+pub struct Repaired {
+    /// The largest component of the repaired mesh.
     pub mesh: ManifoldMesh,
     /// What was changed; empty if nothing.
     pub notes: Vec<RepairNote>,
@@ -79,13 +79,13 @@ impl fmt::Display for RepairNote {
     }
 }
 
-/// Mends what can be mended without inventing geometry, and keeps the largest component: unusable faces and
+/// Repairs what can be repaired without inventing geometry, and keeps the largest component: unusable faces and
 /// unreferenced vertices go, vertices in one place are merged where the mesh has boundary there, faces are turned
 /// to agree and outward, fans are separated.
 ///
 /// # Errors
 /// With the report of what is left, if the result is not an oriented manifold.
-pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
+pub fn repaired(mesh: &TriangleMesh) -> Result<Repaired, NotManifold> {
     let mut notes = Vec::new();
     let before = ValidationReport::of(mesh);
     let mut current = without_unusable_faces(mesh);
@@ -113,7 +113,7 @@ pub fn mended(mesh: &TriangleMesh) -> Result<Mended, NotManifold> {
         notes.push(RepairNote::ComponentsLeftOut { components, faces: rest });
     }
     let kept_area = if components > 1 { largest.area() / turned.area() } else { 1.0 };
-    Ok(Mended { mesh: ManifoldMesh::try_from(largest)?, notes, kept_area })
+    Ok(Repaired { mesh: ManifoldMesh::try_from(largest)?, notes, kept_area })
 }
 
 /// The mesh with coinciding, or else nearly coinciding, vertices merged, if that leaves fewer boundary edges and
@@ -352,7 +352,7 @@ mod tests {
     #[test]
     fn everything_mendable_is_mended() {
         let mesh = shapes::torus(20, 12, 1.0, 0.3);
-        let clean = mended(&mesh).unwrap();
+        let clean = repaired(&mesh).unwrap();
         assert!(clean.notes.is_empty() && *clean.mesh == mesh);
 
         let (mut positions, mut faces) = soup(&mesh).into_parts();
@@ -362,7 +362,7 @@ mod tests {
         let last = positions.len() as u32;
         positions.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|p| 1.5 * p));
         faces.push([last, last + 1, last + 2]);
-        let result = mended(&TriangleMesh::new(positions, faces).unwrap()).unwrap();
+        let result = repaired(&TriangleMesh::new(positions, faces).unwrap()).unwrap();
         assert_eq!(result.mesh.topology().euler_characteristic(), 0);
         assert_eq!(result.mesh.topology().boundary_edge_count(), 0);
         assert!(result.mesh.signed_volume() > 0.0);
@@ -373,7 +373,7 @@ mod tests {
     fn three_faces_at_an_edge_are_reported() {
         let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Y];
         let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
-        assert!(mended(&mesh).unwrap_err().to_string().contains("1 edge with 3 faces"));
+        assert!(repaired(&mesh).unwrap_err().to_string().contains("1 edge with 3 faces"));
     }
 
     /// Every face with three vertices of its own, as in an STL file.
@@ -423,9 +423,9 @@ mod tests {
             f.swap(0, 1);
         }
         let mixed = TriangleMesh::new(positions.clone(), faces).unwrap();
-        let mended = oriented(&mixed);
-        assert!((mended.signed_volume() - mesh.signed_volume()).abs() < 1e-12);
-        assert!(ManifoldMesh::try_from(mended).is_ok());
+        let repaired = oriented(&mixed);
+        assert!((repaired.signed_volume() - mesh.signed_volume()).abs() < 1e-12);
+        assert!(ManifoldMesh::try_from(repaired).is_ok());
 
         let inward = mesh.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
         let inward = TriangleMesh::new(positions, inward).unwrap();
@@ -441,11 +441,11 @@ mod tests {
         let mut positions = positions;
         positions.push(DVec3::NAN);
         faces.push([0, 1, 8]);
-        let mended = without_unusable_faces(&TriangleMesh::new(positions, faces).unwrap());
-        assert_eq!(mended.face_count(), count);
-        let (mended, kept) = without_unreferenced_vertices(&mended);
+        let repaired = without_unusable_faces(&TriangleMesh::new(positions, faces).unwrap());
+        assert_eq!(repaired.face_count(), count);
+        let (repaired, kept) = without_unreferenced_vertices(&repaired);
         assert_eq!(kept, (0..8).collect::<Vec<_>>());
-        assert!(ManifoldMesh::try_from(mended).is_ok());
+        assert!(ManifoldMesh::try_from(repaired).is_ok());
     }
 
     #[test]

@@ -195,7 +195,7 @@ fn coarsen(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_surfaces::{Sphere, Torus};
+    use ndf_core::analytic::{Sphere, Torus};
     use ndf_core::{Answer, BoundingBox, DVec3, ImplicitField, Inside, NoProgress, Query};
     use ndf_mesh::ValidationReport;
     use ndf_mesh::shapes;
@@ -207,8 +207,8 @@ mod tests {
 
     #[test]
     fn spheres_and_tori_keep_their_topology() {
-        let torus = Torus(1.0, 0.35);
-        let surfaces: [(&dyn Surface, i64); 2] = [(&Sphere(2.0), 2), (&torus, 0)];
+        let torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.35 };
+        let surfaces: [(&dyn Surface, i64); 2] = [(&Sphere { radius: 2.0, ..Sphere::UNIT }, 2), (&torus, 0)];
         for (surface, euler) in surfaces {
             let base = base_mesh(surface, &options(800, 64), &NoProgress).unwrap();
             let report = ValidationReport::of(&base.mesh);
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn fewer_faces_than_asked_for_are_kept() {
-        let base = base_mesh(&Sphere(1.0), &options(100_000, 12), &NoProgress).unwrap();
+        let base = base_mesh(&Sphere::UNIT, &options(100_000, 12), &NoProgress).unwrap();
         assert!(base.report.reached);
         assert_eq!(base.report.faces, base.report.faces_before);
     }
@@ -237,7 +237,7 @@ mod tests {
             BoundingBox { min: DVec3::splat(-1.0), max: DVec3::new(2.5, 1.0, 1.0) }
         }
         fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-            Sphere(1.0).project(queries, feet);
+            Sphere::UNIT.project(queries, feet);
         }
         fn as_field(&self) -> Option<&dyn ImplicitField> {
             Some(self)
@@ -286,10 +286,10 @@ mod tests {
         struct Fieldless;
         impl Surface for Fieldless {
             fn bounds(&self) -> BoundingBox {
-                Surface::bounds(&Sphere(1.0))
+                Surface::bounds(&Sphere::UNIT)
             }
             fn project(&self, queries: &[Query], feet: &mut [Answer]) {
-                Sphere(1.0).project(queries, feet);
+                Sphere::UNIT.project(queries, feet);
             }
         }
         let error = base_mesh(&Fieldless, &options(10, 10), &NoProgress).unwrap_err();
@@ -302,7 +302,7 @@ mod tests {
                 true
             }
         }
-        let cancelled = base_mesh(&Sphere(1.0), &options(10, 10), &Stop).unwrap_err();
+        let cancelled = base_mesh(&Sphere::UNIT, &options(10, 10), &Stop).unwrap_err();
         assert_eq!(cancelled, BaseMeshError::Cancelled);
     }
 }

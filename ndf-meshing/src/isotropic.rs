@@ -213,9 +213,9 @@ fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_surfaces::{Sphere, Torus};
     use crate::triangle_shape::smallest_angles;
     use ndf_core::NoProgress;
+    use ndf_core::analytic::{Sphere, Torus};
     use ndf_mesh::shapes;
     use ndf_mesh::{TriangleMesh, ValidationReport};
 
@@ -228,9 +228,9 @@ mod tests {
 
     #[test]
     fn edges_get_one_length_and_the_topology_stays() {
-        let torus = Torus(1.0, 0.4);
+        let torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 };
         let cases: [(TriangleMesh, Option<&dyn Surface>, f64); 4] = [
-            (shapes::icosphere(2), Some(&Sphere(1.0)), 0.1),
+            (shapes::icosphere(2), Some(&Sphere::UNIT), 0.1),
             (shapes::torus(200, 20, 1.0, 0.4), Some(&torus), 0.12),
             (shapes::trefoil_knot(300, 30, 0.2), None, 0.08),
             (shapes::grid(30, 4), None, 0.06),
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn vertices_stay_on_the_surface_and_the_boundary() {
-        let [_, sphere] = remeshed(shapes::icosphere(3), Some(&Sphere(1.0)), 0.15);
+        let [_, sphere] = remeshed(shapes::icosphere(3), Some(&Sphere::UNIT), 0.15);
         let off = sphere.positions().iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
         assert!(off < 0.02, "{off}");
         let [_, grid] = remeshed(shapes::grid(7, 3), None, 0.05);

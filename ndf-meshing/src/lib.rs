@@ -1,7 +1,7 @@
 //! Base meshes: from a scalar field or a fine mesh to a coarse, well-shaped manifold close to it.
 //!
 //! [`marching_cubes()`] makes a manifold of the level set of any [`ImplicitField`](ndf_core::ImplicitField), [`decimate`]
-//! leaves as many of its faces as are asked for, and [`improve`] mends their shapes. [`base_mesh()`] does all of it.
+//! leaves as many of its faces as are asked for, and [`improve`] improves their shapes. [`base_mesh()`] does all of it.
 //! [`remesh_isotropically`] makes meshes of one edge length, to compare with.
 //!
 //! ```
@@ -23,8 +23,6 @@ pub mod marching_cubes;
 mod original;
 mod quadric;
 pub mod remeshing;
-#[cfg(test)]
-mod test_surfaces;
 pub mod triangle_shape;
 
 pub use base_mesh::{

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points = AreaSampler::new(&base).ok_or("the torus has an area")?.sample(1000, 0, 0);
     let values = network.evaluate(&base, &points);
     for bits in [4, 8, 12] {
-        let rounded = network.rounded(Precision::of_bits(bits)).evaluate(&base, &points);
+        let rounded = network.rounded(Precision::from_bits(bits)).evaluate(&base, &points);
         let worst = rounded.iter().zip(&values).fold(0.0_f32, |worst, (a, b)| worst.max((a - b).abs()));
         eprintln!("{bits:>2} bits a feature change values by {worst:.1e} at most");
     }

@@ -12,7 +12,7 @@
 //!
 //! // A field that was not trained is the identity of its base mesh.
 //! let base = ManifoldMesh::try_from(shapes::torus(24, 12, 1.0, 0.4))?;
-//! let similarity = Similarity::to_box(&base.bounds());
+//! let similarity = Similarity::from_bounds(&base.bounds());
 //! let positions = base.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
 //! let field = DisplacementField::untrained(base.with_positions(positions), FieldShape::default(), 0)?;
 //! let model = Model { field, similarity, scalars: vec![], provenance: String::new() };

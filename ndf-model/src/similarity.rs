@@ -10,7 +10,7 @@ pub const BOX_HALF_SIDE: f64 = 1.5;
 /// ```
 /// use ndf_core::{BoundingBox, DVec3};
 /// use ndf_model::Similarity;
-/// let s = Similarity::to_box(&BoundingBox { min: DVec3::ZERO, max: DVec3::new(10.0, 2.0, 4.0) });
+/// let s = Similarity::from_bounds(&BoundingBox { min: DVec3::ZERO, max: DVec3::new(10.0, 2.0, 4.0) });
 /// assert_eq!(s.to_normalised(DVec3::new(10.0, 1.0, 2.0)), DVec3::new(1.5, 0.0, 0.0));
 /// assert_eq!(s.length_to_world(3.0), 10.0);
 /// ```
@@ -45,7 +45,7 @@ impl Similarity {
 
     /// The map under which `bounds` fills the box: its centre goes to the origin and its longest side gets
     /// length 3. A box without extent is only centred.
-    pub fn to_box(bounds: &BoundingBox) -> Self {
+    pub fn from_bounds(bounds: &BoundingBox) -> Self {
         let side = bounds.extent().max_element();
         let center = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
         Self::new(2.0 * BOX_HALF_SIDE / side, center)
@@ -103,6 +103,6 @@ mod tests {
         assert!(Similarity::new(f64::NAN, DVec3::ZERO).is_err());
         assert!(Similarity::new(f64::MIN_POSITIVE, DVec3::ZERO).is_err());
         assert!(Similarity::new(1e151, DVec3::ZERO).is_err());
-        assert_eq!(Similarity::to_box(&BoundingBox::EMPTY), Similarity::IDENTITY);
+        assert_eq!(Similarity::from_bounds(&BoundingBox::EMPTY), Similarity::IDENTITY);
     }
 }

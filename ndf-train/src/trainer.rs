@@ -77,14 +77,18 @@ impl<'a> Trainer<'a> {
         base: &ManifoldMesh,
         settings: &Settings,
     ) -> Result<Self, TrainError> {
-        Self::on(surface, stored_base(surface, base, settings)?, settings)
+        Self::with_stored_base(surface, stored_base(surface, base, settings)?, settings)
     }
 
     /// Everything ready for the first epoch on a base mesh that [was made ready](stored_base) before.
     ///
     /// # Errors
     /// If the settings or the base mesh are not usable.
-    pub fn on(surface: &'a dyn Surface, base: StoredBase, settings: &Settings) -> Result<Self, TrainError> {
+    pub fn with_stored_base(
+        surface: &'a dyn Surface,
+        base: StoredBase,
+        settings: &Settings,
+    ) -> Result<Self, TrainError> {
         settings.validate()?;
         let StoredBase { mesh, similarity, order } = base;
         let start = DisplacementField::untrained(mesh, settings.field.clone(), settings.seed)?;

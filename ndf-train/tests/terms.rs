@@ -82,8 +82,11 @@ impl Term for Witness {
 #[test]
 fn terms_see_the_base_mesh_as_it_was_given() {
     let base = base();
-    let witness =
-        Arc::new(Witness { to_box: Similarity::to_box(&base.bounds()), base: base.clone(), calls: 0.into() });
+    let witness = Arc::new(Witness {
+        to_box: Similarity::from_bounds(&base.bounds()),
+        base: base.clone(),
+        calls: 0.into(),
+    });
     let settings = Settings { epochs: 2, ..quick() };
     let mut trainer = Trainer::new(&Sphere::UNIT, &base, &settings).unwrap().with_term(1.0, witness.clone());
     // The order of the base mesh outlives a checkpoint.

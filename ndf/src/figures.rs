@@ -185,7 +185,7 @@ pub struct ExtractionFigures {
     pub delaunay_embedded_fraction: f64,
     /// Lengths of the edges.
     pub edge_length: Spread,
-    /// Smallest angles of the faces.
+    /// Smallest angles of the faces, in degrees.
     pub min_angle_deg: SmallestAngles,
 }
 
@@ -205,7 +205,7 @@ impl ExtractionFigures {
             delaunay_intrinsic: extraction.map_or(quality.is_delaunay(), |e| e.delaunay_intrinsic),
             delaunay_embedded_fraction: quality.delaunay_fraction,
             edge_length: quality.edge_length,
-            min_angle_deg: quality.min_angle_deg,
+            min_angle_deg: quality.min_angle.to_degrees(),
         }
     }
 }

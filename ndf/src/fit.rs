@@ -242,7 +242,7 @@ impl<'a> Fit<'a> {
         let surface: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
         let mut trainer = match start {
             Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint)?,
-            Start::Fresh(base) => Trainer::on(surface, *base, &settings)?,
+            Start::Fresh(base) => Trainer::with_stored_base(surface, *base, &settings)?,
         };
         if band.is_some() {
             trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);

@@ -125,7 +125,7 @@ pub enum Note {
     /// What the reader of a mesh file tells.
     #[serde(untagged)]
     File(ReadNote),
-    /// What was mended.
+    /// What was repaired.
     #[serde(untagged)]
     Repair(RepairNote),
 }
@@ -244,7 +244,7 @@ pub enum NotDecimated {
         /// The share of the largest.
         largest: f64,
     },
-    /// It cannot be mended to be a manifold.
+    /// It cannot be repaired to be a manifold.
     NotManifold {
         /// What is left wrong with it.
         report: Box<ValidationReport>,

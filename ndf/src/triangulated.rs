@@ -20,11 +20,11 @@ use crate::{EdgeLength, ModelExt, Note};
 pub struct Triangulated {
     /// The triangles.
     pub triangles: Triangles,
-    /// What was mended.
+    /// What was repaired.
     pub notes: Vec<Note>,
 }
 
-/// Triangles, mended where that was needed.
+/// Triangles, repaired where that was needed.
 #[derive(Clone, Debug)]
 pub enum Triangles {
     /// An oriented manifold.
@@ -128,7 +128,7 @@ pub enum DistanceError {
 }
 
 impl Triangulated {
-    /// The triangulation in a file: a mesh, which is mended where it is no manifold, or a model together with an edge length.
+    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model together with an edge length.
     /// An edge length for a mesh is left out with a note.
     ///
     /// # Errors
@@ -153,15 +153,15 @@ impl Triangulated {
         Ok(found)
     }
 
-    /// A mesh with its vertex order where it is a manifold, otherwise mended; where that cannot be, its usable triangles.
+    /// A mesh with its vertex order where it is a manifold, otherwise repaired; where that cannot be, its usable triangles.
     pub fn from_mesh(mesh: TriangleMesh) -> Self {
         if let Ok(mesh) = ManifoldMesh::try_from(mesh.clone()) {
             return mesh.into();
         }
-        match repair::mended(&mesh) {
-            Ok(mended) => {
-                let notes = mended.notes.into_iter().map(Note::from).collect();
-                Self { triangles: Triangles::Manifold(mended.mesh), notes }
+        match repair::repaired(&mesh) {
+            Ok(repaired) => {
+                let notes = repaired.notes.into_iter().map(Note::from).collect();
+                Self { triangles: Triangles::Manifold(repaired.mesh), notes }
             }
             Err(reason) => {
                 let usable = repair::without_unusable_faces(&repair::welded(&mesh, 0.0));
@@ -194,7 +194,7 @@ impl Triangulated {
     /// The manifold.
     ///
     /// # Errors
-    /// If it could not be mended to be one.
+    /// If it could not be repaired to be one.
     pub fn manifold(&self) -> Result<&ManifoldMesh, &NotManifold> {
         match &self.triangles {
             Triangles::Manifold(mesh) => Ok(mesh),

@@ -50,7 +50,7 @@ impl Reference {
         let mesh = ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())?;
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
         let tree = TriangleTree::new(&mesh);
-        let similarity = Similarity::to_box(&mesh.bounds());
+        let similarity = Similarity::from_bounds(&mesh.bounds());
         let distances = |place: DVec3| -> Result<Distances, String> {
             let source =
                 closest_point(&mesh, &tree, similarity.to_world(place)).ok_or("no point is closest")?;

@@ -52,7 +52,7 @@ impl fmt::Display for MeshName {
 }
 
 impl MeshName {
-    /// The mesh, mended where the file is no manifold.
+    /// The mesh, repaired where the file is no manifold.
     pub(crate) fn build(&self, data: &Path) -> Result<ManifoldMesh, String> {
         let say = |e: &dyn fmt::Display| format!("{self}: {e}");
         let mut mesh = match &self.base {
@@ -64,7 +64,7 @@ impl MeshName {
         }
         match ManifoldMesh::try_from(mesh.clone()) {
             Ok(mesh) => Ok(mesh),
-            Err(_) => Ok(repair::mended(&mesh).map_err(|e| say(&e))?.mesh),
+            Err(_) => Ok(repair::repaired(&mesh).map_err(|e| say(&e))?.mesh),
         }
     }
 }

@@ -107,7 +107,7 @@ impl Training {
             settings.rate = Schedule { first: lr, last: lr * last / first };
         }
         if let Some(bits) = chosen.bits {
-            settings.precision = Some(Precision::of_bits(bits));
+            settings.precision = Some(Precision::from_bits(bits));
         }
         if chosen.lossless {
             settings.precision = None;

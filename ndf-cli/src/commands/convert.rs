@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         })?
     };
     if let Some(bits) = arguments.bits {
-        model = model.rounded(Precision::of_bits(bits));
+        model = model.rounded(Precision::from_bits(bits));
     }
     let cannot_write = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {output}: {e}"));
     let bytes = match form {

@@ -39,7 +39,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Failure::new(format!("cannot measure {}: {error}", path.display()))
             .try_instead("ndf info lists what is wrong with it")
     })?;
+    let normals = found.normal_angle_mean.to_degrees();
     let mut json = serde_json::to_value(found)?;
+    json.as_object_mut().and_then(|figures| figures.remove("normal_angle_mean"));
+    json["normal_deg_mean"] = normals.into();
     json["samples"] = arguments.samples.into();
     json["seconds"] = started.elapsed().as_secs_f64().into();
     let share = |length: f64| {
@@ -51,7 +54,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("reference → mesh", line(found.reference_to_mesh)),
         ("mesh → reference", line(found.mesh_to_reference)),
         ("Hausdorff", share(found.hausdorff)),
-        ("normals", format!("{:.3}° apart on average", found.normal_deg_mean)),
+        ("normals", format!("{normals:.3}° apart on average")),
         ("flipped", format!("{:.4} %", 100.0 * found.flipped_fraction)),
     ]);
     Ok(Outcome::new(json, text))

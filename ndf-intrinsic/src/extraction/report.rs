@@ -35,8 +35,8 @@ pub struct ExtractionReport {
     pub min_slack: f64,
     /// What was added to lengths to give all faces an area.
     pub mollification: Mollification,
-    /// Smallest angles of the embedded faces, in degrees.
-    pub min_angle_deg: SmallestAngles,
+    /// Smallest angles of the embedded faces, in radians.
+    pub min_angle: SmallestAngles,
     /// The smallest angle of the intrinsic triangulation, in radians.
     pub intrinsic_min_angle: f64,
     /// Lengths of the embedded edges.
@@ -104,7 +104,7 @@ impl ExtractionReport {
             embeds_intrinsic,
             min_slack: slack,
             mollification,
-            min_angle_deg: quality.min_angle_deg,
+            min_angle: quality.min_angle,
             intrinsic_min_angle: smallest_angle,
             edge_length: quality.edge_length,
             target_edge_length: h,

@@ -4,8 +4,8 @@ use ndf_mesh::{ManifoldMesh, ValidationReport};
 
 use super::*;
 use crate::decimation::{DecimationOptions, decimate};
-use crate::test_surfaces::{Sphere, Torus};
 use crate::triangle_shape::smallest_angles;
+use ndf_core::analytic::{Sphere, Torus};
 
 fn coarse(shape: ndf_mesh::TriangleMesh, faces: usize) -> ManifoldMesh {
     let fine = ManifoldMesh::try_from(shape).unwrap();
@@ -29,8 +29,11 @@ fn check(mesh: &ManifoldMesh, surface: &dyn Surface) {
 
 #[test]
 fn spheres_and_tori_get_better_shaped_and_closer() {
-    check(&coarse(shapes::icosphere(5), 600), &Sphere(1.0));
-    check(&coarse(shapes::torus(120, 60, 1.0, 0.4), 700), &Torus(1.0, 0.4));
+    check(&coarse(shapes::icosphere(5), 600), &Sphere::UNIT);
+    check(
+        &coarse(shapes::torus(120, 60, 1.0, 0.4), 700),
+        &Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 },
+    );
 }
 
 #[test]
@@ -41,7 +44,7 @@ fn a_bad_triangulation_of_a_sphere_is_mended() {
         let r = (1.0 - z * z).max(0.0).sqrt() / p.truncate().length().max(1e-12);
         DVec3::new(p.x * r, p.y * r, z)
     });
-    check(&ManifoldMesh::try_from(squeezed).unwrap(), &Sphere(1.0));
+    check(&ManifoldMesh::try_from(squeezed).unwrap(), &Sphere::UNIT);
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub struct Precision {
 
 impl Default for Precision {
     fn default() -> Self {
-        Self::of_bits(8)
+        Self::from_bits(8)
     }
 }
 
@@ -40,7 +40,7 @@ impl Precision {
 
     /// So many bits for features, and as many for the rest as keep its part in the error small: weights, of which there
     /// are few, four more.
-    pub fn of_bits(features: u32) -> Self {
+    pub fn from_bits(features: u32) -> Self {
         Self { features, weights: features + 4, positions: 8 }
     }
 }
@@ -101,7 +101,7 @@ impl StoredBase {
     /// units, or 0 where they are not known: rounding moves vertices along the normal by at most 0.6 times as much, in the
     /// root mean square, or by the little that the finest grid does, so that there is not much more to learn than before.
     pub fn new(base: &ManifoldMesh, precision: Option<Precision>, distance: f64) -> Self {
-        let similarity = Similarity::to_box(&base.bounds());
+        let similarity = Similarity::from_bounds(&base.bounds());
         let single = |p: DVec3| similarity.to_normalised(p).as_vec3().as_dvec3();
         let normalised = base.with_positions(base.positions().iter().map(|&p| single(p)).collect());
         let (mesh, order) = in_file_order(&normalised);

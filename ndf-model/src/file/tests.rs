@@ -43,7 +43,7 @@ pub(super) fn model() -> Model {
 /// Single precision, and rounded: plain and coded arrays.
 fn both() -> [Model; 2] {
     let model = model();
-    let rounded = model.rounded(Precision::of_bits(5));
+    let rounded = model.rounded(Precision::from_bits(5));
     [model, rounded]
 }
 
@@ -126,14 +126,14 @@ fn rounding_is_as_fine_as_it_says_and_rounds_once() {
     let model = model_on(shapes::torus(60, 40, 1.0, 0.4));
     let mut last = f32::INFINITY;
     for bits in [4, 8, 12] {
-        let rounded = model.rounded(Precision::of_bits(bits));
+        let rounded = model.rounded(Precision::from_bits(bits));
         let pairs = model.field.network().features().iter().zip(rounded.field.network().features());
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst <= 2.0 / (1_u32 << (bits - 1)) as f32 && worst < last / 4.0, "{bits} bits: {worst}");
         last = worst;
         let (size, count) = (rounded.section_sizes().features, model.field.network().features().len());
         assert!(8 * size < (bits as usize + 2) * count, "{bits} bits: {size} bytes for {count}");
-        let twice = rounded.rounded(Precision::of_bits(bits));
+        let twice = rounded.rounded(Precision::from_bits(bits));
         assert_eq!(twice.field.network().features(), rounded.field.network().features());
         let coded = Model::from_bytes(&rounded.to_bytes()).unwrap();
         assert_eq!(images(&coded), images(&rounded));
@@ -155,7 +155,7 @@ fn every_truncation_and_every_flipped_byte_is_noticed() {
     }
 }
 
-/// Damages a payload and mends the checksums, so that the section readers themselves are tried.
+/// Damages a payload and repairs the checksums, so that the section readers themselves are tried.
 #[test]
 fn hostile_payloads_give_errors_or_models_but_no_panic() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);

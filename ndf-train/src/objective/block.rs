@@ -103,6 +103,24 @@ impl Block<'_> {
         self.prepared?.downcast_ref()
     }
 
+    /// The sum of a loss of the two tangents and of the surface's unit normal at the foot, over the samples that have such a
+    /// normal. The loss adds its gradients by the tangents to what it is given.
+    pub(super) fn sum_over_normals(
+        &self,
+        gradients: &mut Gradients<'_>,
+        mut loss: impl FnMut([Vec3; 2], Vec3, [&mut Vec3; 2]) -> f32,
+    ) -> f64 {
+        let [by_u, by_v] = &mut gradients.tangents;
+        let mut sum = 0.0;
+        for (i, target) in self.targets.iter().enumerate() {
+            if target.surface_normal != Vec3::ZERO {
+                let tangents = [self.tangents[0][i], self.tangents[1][i]];
+                sum += loss(tangents, target.surface_normal, [&mut by_u[i], &mut by_v[i]]);
+            }
+        }
+        f64::from(sum)
+    }
+
     /// Number of sample i in the batch, in whose order things were prepared.
     pub fn number(&self, i: usize) -> usize {
         self.first + i

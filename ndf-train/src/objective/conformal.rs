@@ -1,7 +1,5 @@
 //! Local conformality.
 
-use ndf_core::glam::Vec3;
-
 use super::{Block, Gradients, Needs, Term};
 
 /// L_F (supplement, Eq. 6): χ(−det J / tr JᵀJ) with χ(t) = log(1 + e^{10 t}) / 10. The determinant has the sign of the
@@ -22,28 +20,23 @@ impl Term for Conformal {
     }
 
     fn accumulate(&self, block: &Block<'_>, weight: f32, gradients: &mut Gradients<'_>) -> f64 {
-        let mut sum = 0.0;
-        for (i, target) in block.targets.iter().enumerate() {
-            let (u, v) = (block.tangents[0][i], block.tangents[1][i]);
-            let n = target.surface_normal;
+        block.sum_over_normals(gradients, |[u, v], n, [by_u, by_v]| {
             let trace = u.length_squared() + v.length_squared();
-            if trace < MIN_TRACE || n == Vec3::ZERO {
-                continue;
+            if trace < MIN_TRACE {
+                return 0.0;
             }
             let determinant = n.dot(u.cross(v));
             let t = -determinant / trace;
             // |t| ≤ ½, so that the exponential is harmless.
             let exponential = (10.0 * t).exp();
-            sum += exponential.ln_1p() / 10.0;
             let slope = weight * exponential / (1.0 + exponential);
             // t = −det / trace: dt = −d(det)/trace + det d(trace)/trace².
             let (by_determinant, by_trace) = (-slope / trace, slope * determinant / (trace * trace));
-            let [by_u, by_v] = &mut gradients.tangents;
-            by_u[i] += by_determinant * v.cross(n);
-            by_v[i] += by_determinant * n.cross(u);
-            by_u[i] += 2.0 * by_trace * u;
-            by_v[i] += 2.0 * by_trace * v;
-        }
-        f64::from(sum)
+            *by_u += by_determinant * v.cross(n);
+            *by_v += by_determinant * n.cross(u);
+            *by_u += 2.0 * by_trace * u;
+            *by_v += 2.0 * by_trace * v;
+            exponential.ln_1p() / 10.0
+        })
     }
 }

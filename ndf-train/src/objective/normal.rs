@@ -1,7 +1,5 @@
 //! Agreement of normals.
 
-use ndf_core::glam::Vec3;
-
 use super::{Block, Gradients, Needs, Term};
 
 /// L_N (supplement, Eq. 4): ‖n_θ − n_Ω‖² between the unit normals of the learned surface and of the surface at the
@@ -22,24 +20,20 @@ impl Term for NormalAlignment {
     }
 
     fn accumulate(&self, block: &Block<'_>, weight: f32, gradients: &mut Gradients<'_>) -> f64 {
-        let mut sum = 0.0;
-        for (i, target) in block.targets.iter().enumerate() {
-            let (u, v) = (block.tangents[0][i], block.tangents[1][i]);
+        block.sum_over_normals(gradients, |[u, v], wanted, [by_u, by_v]| {
             let area = u.cross(v);
             let squared = area.length_squared();
-            let wanted = target.surface_normal;
-            if squared < MIN_AREA_SQUARED || wanted == Vec3::ZERO {
-                continue;
+            if squared < MIN_AREA_SQUARED {
+                return 0.0;
             }
             let length = squared.sqrt();
             let n = area / length;
             let cosine = n.dot(wanted);
-            sum += 2.0 - 2.0 * cosine;
             // d(2 − 2 n·m)/d(area) = −2 (m − (m·n) n) / |area|, and area = u × v.
             let by_area = -2.0 * weight * (wanted - cosine * n) / length;
-            gradients.tangents[0][i] += v.cross(by_area);
-            gradients.tangents[1][i] += by_area.cross(u);
-        }
-        f64::from(sum)
+            *by_u += v.cross(by_area);
+            *by_v += by_area.cross(u);
+            2.0 - 2.0 * cosine
+        })
     }
 }

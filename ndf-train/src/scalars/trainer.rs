@@ -60,7 +60,7 @@ impl<'a> Trainer<'a> {
             base,
             settings,
             channels,
-            precision: settings.bits.map(Precision::of_bits),
+            precision: settings.bits.map(Precision::from_bits),
             chunks: (0..chunk_count(settings.samples)).map(chunk).collect(),
             learned: Learned::new(vec![0.0; base.vertex_count() * settings.shape.network.features], mlp),
             engine,

@@ -54,7 +54,7 @@ fn parse(content: &Content, options: &OpenOptions) -> Result<MeshFile, OpenError
     })
 }
 
-/// A mesh as a surface: mended to a manifold, or, where that cannot be, the boundary of what its winding number encloses.
+/// A mesh as a surface: repaired to a manifold, or, where that cannot be, the boundary of what its winding number encloses.
 pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError> {
     let name = || name.to_owned();
     if mesh.face_count() == 0 {
@@ -65,15 +65,15 @@ pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError
         return Err(OpenError::NoArea { name: name() });
     }
     let mut notes = Vec::new();
-    let (surface, base) = match repair::mended(&mesh) {
+    let (surface, base) = match repair::repaired(&mesh) {
         // Where no component has most of the area, the mesh means the union of its pieces.
-        Ok(mended) if mended.kept_area >= LARGEST_COMPONENT => {
-            notes.extend(mended.notes.into_iter().map(Note::from));
-            (MeshSurface::new(&mended.mesh), BaseSource::Manifold(mended.mesh))
+        Ok(repaired) if repaired.kept_area >= LARGEST_COMPONENT => {
+            notes.extend(repaired.notes.into_iter().map(Note::from));
+            (MeshSurface::new(&repaired.mesh), BaseSource::Manifold(repaired.mesh))
         }
         other => {
             let reason = match other {
-                Ok(mended) => NotDecimated::InPieces { largest: mended.kept_area },
+                Ok(repaired) => NotDecimated::InPieces { largest: repaired.kept_area },
                 Err(defects) => defects.into(),
             };
             let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
