@@ -1,4 +1,4 @@
-//! Which level of a density is the surface, where nobody says.
+//! Which level of a density is the surface, where none is given.
 
 use ndf_core::{DVec3, ImplicitField};
 use rayon::prelude::*;

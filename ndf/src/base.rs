@@ -10,23 +10,23 @@ use crate::opened::{BaseSource, Opened};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoBaseMesh {
-    /// A mesh that can neither be decimated nor has an isosurface.
+    /// The mesh cannot be decimated and has no isosurface.
     #[error("{reason}, and it encloses no volume from which a base mesh could be made")]
     NoVolume {
         /// Why it cannot be decimated.
         reason: NotDecimated,
     },
-    /// No base mesh can be made of this surface.
+    /// The base mesh could not be made.
     #[error(transparent)]
     Making(#[from] BaseMeshError),
 }
 
 impl Opened {
-    /// A base mesh of the surface, in its units: decimated from a clean mesh, or else from an isosurface. The notes tell
+    /// A base mesh of the surface, in its units: decimated from a clean mesh, otherwise from an isosurface. The notes say
     /// what was left out.
     ///
     /// # Errors
-    /// If there is neither.
+    /// If the surface has neither, or the observer asks to stop.
     pub fn base_mesh(
         &self,
         options: &BaseMeshOptions,

@@ -1,4 +1,4 @@
-//! What a user should know of a result that is usable all the same.
+//! What a user should know about a result that is still usable.
 
 use std::fmt;
 
@@ -12,8 +12,8 @@ use crate::text::grouped;
 
 /// Something that was left out, changed or doubtful, and did not stop the work.
 ///
-/// To a program it is a variant with numbers (serialised as an object whose `note` names the variant), to a reader a
-/// sentence by `Display`, without the name of the file. Shares are from 0 to 1.
+/// Programs see a variant with numbers, serialised as an object whose `note` names the variant. `Display` gives a sentence for
+/// people, without the name of the file. Shares are from 0 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "note", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -40,7 +40,7 @@ pub enum Note {
     },
     /// Most normals were zero or not finite; none is used.
     NormalsGivenUp,
-    /// Too few neighbouring normals point to the same side; none is used, and the cloud is treated as one without.
+    /// Too few neighbouring normals point to the same side; the cloud is treated as one without normals.
     NormalsDisagree {
         /// The share that does.
         agreement: f64,
@@ -52,7 +52,7 @@ pub enum Note {
         /// How many.
         points: usize,
     },
-    /// Few of the neighbouring normals that were found point to the same side.
+    /// Few of the neighbouring normals that were estimated point to the same side.
     NormalsDoubtful {
         /// The share that does.
         agreement: f64,
@@ -100,7 +100,7 @@ pub enum Note {
         /// Its faces.
         faces: usize,
     },
-    /// The time was up before the last epoch.
+    /// The time limit was reached before the last epoch.
     TimeUp {
         /// Epochs made.
         epochs: usize,
@@ -117,21 +117,21 @@ pub enum Note {
         /// How much.
         share: f64,
     },
-    /// Some of the learned surface finds no foot on the input.
+    /// Some of the learned surface could not be projected onto the input.
     Missed {
         /// How much.
         share: f64,
     },
-    /// What the reader of a mesh file tells.
+    /// A note of the reader of a mesh file.
     #[serde(untagged)]
     File(ReadNote),
-    /// What was repaired.
+    /// A repair of the mesh.
     #[serde(untagged)]
     Repair(RepairNote),
 }
 
 impl Note {
-    /// What there is to say about the points of a file.
+    /// Notes on the points of a file.
     pub(crate) fn of_points(report: &CleaningReport) -> Vec<Self> {
         let counted = |n: usize, note: fn(usize) -> Self| (n > 0).then(|| note(n));
         let notes = [
@@ -181,7 +181,7 @@ impl fmt::Display for Note {
             }
             Self::NormalsDoubtful { agreement } => write!(
                 f,
-                "only {:.0} % of neighbouring normals that were found point to the same side; expect holes and handles",
+                "only {:.0} % of the estimated normals agree with their neighbours; expect holes and handles",
                 100.0 * agreement
             ),
             Self::SplatsUnsound { splats } => {
@@ -193,7 +193,11 @@ impl fmt::Display for Note {
                 grouped(*splats)
             ),
             Self::Foreign { names } => {
-                write!(f, "it names {}, which is not run; what it stands for is left out", names.join(", "))
+                write!(
+                    f,
+                    "it refers to {}, which is not run; what that would make is left out",
+                    names.join(", ")
+                )
             }
             Self::NoCode => {
                 f.write_str("a decoder of many shapes; without a code it is the one with the code 0")
@@ -214,7 +218,9 @@ impl fmt::Display for Note {
                 let what = if *faces == 1 { "face" } else { "faces" };
                 write!(f, "it has no more than {faces} {what}; all of it is the base mesh")
             }
-            Self::TimeUp { epochs, of } => write!(f, "the time was up after {epochs} of {of} epochs"),
+            Self::TimeUp { epochs, of } => {
+                write!(f, "the time limit was reached after {epochs} of {of} epochs")
+            }
             Self::Diverged { times } => {
                 write!(f, "training diverged {times} times and went on at a smaller rate")
             }
@@ -246,7 +252,7 @@ pub enum NotDecimated {
     },
     /// It cannot be repaired to be a manifold.
     NotManifold {
-        /// What is left wrong with it.
+        /// What is still wrong with it.
         report: Box<ValidationReport>,
     },
 }

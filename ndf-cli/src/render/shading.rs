@@ -6,7 +6,7 @@ use super::lighting::{Lighting, key_direction};
 use super::lines::ScreenFrame;
 use super::{Camera, Scene, Style, Surfel};
 
-/// Faces seen from inside, linear: whoever sees this colour on a closed mesh sees a wrong orientation.
+/// Faces seen from inside, linear: on a closed mesh this colour shows a wrong orientation.
 const BACK: [f32; 3] = [0.55, 0.13, 0.09];
 
 /// Lines on the surface and writing, linear.

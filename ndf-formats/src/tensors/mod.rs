@@ -66,7 +66,7 @@ pub enum Container {
     Safetensors,
     /// An archive of NumPy arrays.
     Npz,
-    /// A NumPy array, or a pickled object in its stead.
+    /// A NumPy array, or a pickled object instead of one.
     Npy,
     /// HDF5, as Keras writes it.
     Hdf5,
@@ -238,7 +238,7 @@ fn container_of(bytes: &[u8]) -> Option<Container> {
     }
 }
 
-/// Whether an archive holds the pickle that `torch.save` writes. Without the reader of archives no one can tell.
+/// Whether an archive holds the pickle that `torch.save` writes. Without the reader of archives this is not known.
 fn holds_pickle(bytes: &[u8]) -> bool {
     #[cfg(feature = "zip")]
     return archive::has_pickle(bytes);

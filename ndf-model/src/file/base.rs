@@ -156,7 +156,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     Ok(base.with_positions(positions))
 }
 
-/// Codes positions on a grid, vertex by vertex: what a parallelogram does not foretell.
+/// Codes positions on a grid, vertex by vertex: what a parallelogram does not predict.
 fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[i32; 3]]>) -> Vec<[i32; 3]> {
     let mut models = [Integers::new(), Integers::new(), Integers::new()];
     let mut done: Vec<[i32; 3]> = Vec::with_capacity(base.vertex_count());

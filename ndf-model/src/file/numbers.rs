@@ -1,7 +1,7 @@
 //! Arrays of numbers in a section: as they are, or, where they lie on grids, coded.
 //!
 //! The numbers are parted into groups, each with a grid and a distribution of its own: a feature of all vertices, the
-//! weights of a layer, its biases. Neighbours foretell nothing of features: learned ones are as far from their neighbours'
+//! weights of a layer, its biases. Neighbours do not predict features: learned ones are as far from their neighbours'
 //! mean as from zero.
 
 use super::bytes::{Reader, Writer};

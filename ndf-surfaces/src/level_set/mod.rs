@@ -189,10 +189,10 @@ impl<F: ImplicitField> Surface for LevelSetSurface<F> {
         };
         let mut crossed: Vec<Option<Line>> =
             lines_of_guides.into_iter().zip(lines_of_gradients).map(either).collect();
-        let astray: Vec<usize> = (0..crossed.len())
+        let wrong: Vec<usize> = (0..crossed.len())
             .filter(|&k| along_guides[k].is_none() && !crossed[k].as_ref().is_some_and(is_near))
             .collect();
-        self.search_along_axes(&side, &points, &starts, &astray, &mut crossed);
+        self.search_along_axes(&side, &points, &starts, &wrong, &mut crossed);
         let mut found = Vec::new();
         for (k, line) in crossed.into_iter().enumerate() {
             feet[finite[k]] = Err(Miss::NoCrossing);

@@ -13,8 +13,8 @@ const DETOUR: f64 = 2.0;
 /// The level ½ of the winding number of a cloud with normals.
 ///
 /// **Projection** is that of a [level set](LevelSetSurface), where the normal of the nearest point guides queries that
-/// have no guide, or whose guide leads astray: within a spacing or two of the surface the field is rough, and its
-/// gradient often shows no way. Where that normal leads astray too, as it may in a groove, gradient and axes are left.
+/// have no guide, or whose guide is wrong: within a spacing or two of the surface the field is rough, and its
+/// gradient often shows no way. Where that normal is wrong too, as it may in a groove, gradient and axes are left.
 /// The level is searched in steps of the points' spacing, to a tolerance of a thousandth of it.
 pub struct OrientedCloud {
     level_set: LevelSetSurface<WindingField>,
@@ -68,19 +68,19 @@ impl OrientedCloud {
             })
     }
 
-    /// Asks once more, with other guides, where feet are astray, and takes what is nearer.
+    /// Asks once more, with other guides, where feet are wrong, and takes what is nearer.
     fn project_astray(
         &self,
         queries: &[Query],
         feet: &mut [Answer],
         with_other_guide: impl Fn(&Query) -> Query,
     ) {
-        let astray: Vec<usize> =
+        let wrong: Vec<usize> =
             (0..queries.len()).filter(|&i| self.is_astray(&queries[i], &feet[i])).collect();
-        let again: Vec<Query> = astray.iter().map(|&i| with_other_guide(&queries[i])).collect();
+        let again: Vec<Query> = wrong.iter().map(|&i| with_other_guide(&queries[i])).collect();
         let mut others = vec![Err(Miss::NoCrossing); again.len()];
         self.level_set.project(&again, &mut others);
-        for (i, other) in astray.into_iter().zip(others) {
+        for (i, other) in wrong.into_iter().zip(others) {
             let distance = |foot: &Foot| foot.point.distance(queries[i].point);
             if other.is_ok_and(|other| feet[i].map_or(true, |foot| distance(&other) < distance(&foot))) {
                 feet[i] = other;
@@ -168,9 +168,8 @@ mod tests {
         };
         let guided: Vec<Query> = samples.iter().enumerate().map(query).collect();
         let unguided: Vec<Query> = guided.iter().map(|q| Query { normal: None, ..*q }).collect();
-        let astray: Vec<Query> =
-            guided.iter().map(|q| Query { normal: q.normal.map(|n| -n), ..*q }).collect();
-        for (queries, tolerated) in [(guided, 0), (unguided, 0), (astray, 0)] {
+        let wrong: Vec<Query> = guided.iter().map(|q| Query { normal: q.normal.map(|n| -n), ..*q }).collect();
+        for (queries, tolerated) in [(guided, 0), (unguided, 0), (wrong, 0)] {
             let (mean, misses) = error_of(&queries);
             assert!(mean < 0.08 && misses <= tolerated, "{mean}, {misses} misses");
         }

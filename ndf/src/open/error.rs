@@ -14,7 +14,7 @@ use ndf_surfaces::splats::NoSplats;
 use crate::files::without_faces;
 use crate::kind::Kind;
 
-/// What can be read, for files that nobody recognises.
+/// What can be read, for files of no known kind.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ, \
                      networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ and .splat";
 
@@ -44,7 +44,7 @@ pub enum OpenError {
         /// What is wrong.
         source: ModelError,
     },
-    /// The file is nothing that can be read.
+    /// The file is of no known kind.
     #[error("{name} is of no known kind: {reason}; {KINDS}")]
     Unrecognised {
         /// The file.
@@ -52,7 +52,7 @@ pub enum OpenError {
         /// What was seen instead.
         reason: &'static str,
     },
-    /// The file is no usable mesh file.
+    /// The mesh file could not be read.
     #[error(transparent)]
     MeshFile(#[from] io::ReadError),
     /// The mesh has no faces.
@@ -66,8 +66,8 @@ pub enum OpenError {
         /// Vertices of the mesh.
         vertices: usize,
     },
-    /// All faces of the mesh are without area, or not finite.
-    #[error("{name}: all faces are without area, or not finite")]
+    /// No face of the mesh has an area and finite corners.
+    #[error("{name}: no face has an area and finite corners")]
     NoArea {
         /// The file.
         name: String,
@@ -80,7 +80,7 @@ pub enum OpenError {
         /// Why.
         source: EmptyMesh,
     },
-    /// The file is no usable file of points.
+    /// The file of points could not be read.
     #[error(transparent)]
     CloudFile(#[from] point_cloud::ReadError),
     /// Normals were asked for, and the points have none.
@@ -89,7 +89,7 @@ pub enum OpenError {
         /// The file.
         name: String,
     },
-    /// The file is no usable file of tensors.
+    /// The file of tensors could not be read.
     #[error("{name}: {source}")]
     Tensors {
         /// The file.
@@ -98,7 +98,7 @@ pub enum OpenError {
         source: TensorError,
     },
     /// The file holds no network.
-    #[error("{name}: it is no PyTorch, safetensors, NumPy, HDF5 or instant-ngp file")]
+    #[error("{name} is not a PyTorch, safetensors, NumPy, HDF5 or instant-ngp file")]
     NoNetwork {
         /// The file.
         name: String,
@@ -112,12 +112,12 @@ pub enum OpenError {
         source: LayoutError,
     },
     /// The file holds a table instead of a network.
-    #[error("{name} is a table, perhaps of codes, and no network")]
+    #[error("{name} holds a table, perhaps of latent codes, instead of a network")]
     Table {
         /// The file.
         name: String,
     },
-    /// The file of codes has none of this number.
+    /// The file has no latent code with this number.
     #[error("{name} has no code number {row}")]
     NoCode {
         /// The file.
@@ -125,17 +125,17 @@ pub enum OpenError {
         /// The number.
         row: usize,
     },
-    /// A network of distances was taken for a density, or the reverse.
+    /// A network of distances was opened as a density, or the reverse.
     #[error("{name} is of the kind {found}, not {asked}")]
     OtherKind {
         /// The file.
         name: String,
         /// What it is.
         found: Kind,
-        /// What it was taken for.
+        /// What it was opened as.
         asked: Kind,
     },
-    /// The file is no usable file of splats.
+    /// The file of splats could not be read.
     #[error("{name}: {source}")]
     SplatFile {
         /// The file.
@@ -152,7 +152,7 @@ pub enum OpenError {
         source: NoSplats,
     },
     /// The observer asked to stop.
-    #[error("{name}: interrupted while its normals were sought")]
+    #[error("{name}: interrupted while its normals were being estimated")]
     Cancelled {
         /// The file.
         name: String,

@@ -46,7 +46,7 @@ impl Representation for Meshes {
 
 fn parse(content: &Content, options: &OpenOptions) -> Result<MeshFile, OpenError> {
     parse_mesh(&content.bytes, &content.path).map_err(|error| match error {
-        // What nobody recognises comes here, too, and need not have been meant for a mesh.
+        // Files of no known kind come here, too, and need not be meshes.
         ReadError::Unrecognised { reason, .. } if options.kind.is_none() => {
             OpenError::Unrecognised { name: content.name(), reason }
         }
