@@ -10,6 +10,7 @@ As a module, `read(bytes)` gives a `Model`. It is written to be read beside the 
 """
 
 import argparse
+import functools
 import itertools
 import json
 import math
@@ -46,6 +47,9 @@ class Bytes:
     def number(self, kind):
         return self.numbers(kind, 1)[0]
 
+    def rest(self):
+        return self.take(len(self.data) - self.at)
+
     def end(self):
         require(self.at == len(self.data), "a section has more bytes than it should")
 
@@ -80,7 +84,7 @@ class RangeDecoder:
     def normalize(self):
         while self.range < TOP:
             require(self.at < len(self.data), "coded numbers end too early")
-            self.range, self.code = self.range << 8, self.code << 8 | self.data[self.at]
+            self.range, self.code = self.range << 8, (self.code << 8 | self.data[self.at]) & 0xFFFFFFFF
             self.at += 1
 
     def decision(self, state):
@@ -121,8 +125,9 @@ class RangeDecoder:
             magnitude = 2 * magnitude + self.plain_bit()
         return -magnitude if negative else magnitude
 
-    def end(self):
-        require(self.at >= self.length, "coded numbers leave bytes unread")
+    def end(self, zeros=False):
+        """Refuses bytes after the last number; with `zeros`, only those that are not zero."""
+        require(self.at >= self.length or zeros and not any(self.data[self.at :]), "coded numbers leave bytes unread")
 
 
 # Arrays
@@ -255,8 +260,8 @@ def connectivity(coder, vertex_count, face_count):
     return faces
 
 
-def positions(coder, vertex_count, faces):
-    """Positions in steps of the grid."""
+def positions(coder, vertex_count, faces, weights=None):
+    """Positions in steps of the grid; `weights` of the prediction in way 2."""
     opposite, around = {}, defaultdict(list)
     for i, j, k in faces:
         for v, p, q in ((i, j, k), (j, k, i), (k, i, j)):
@@ -264,42 +269,91 @@ def positions(coder, vertex_count, faces):
             around[v].append((p, q))
     of = [Distribution() for _ in range(3)]
     points = []
+
+    def weighted(guesses, neighbours, opposites):
+        """The prediction of way 2."""
+        n, m = len(guesses), len(neighbours)
+        a, b = weights[:2] if n == 1 else weights[2:]
+        for near, far, around in zip(*(map(sum, zip(*x)) for x in (guesses, opposites, neighbours))):
+            edges = near + far  # guesses are p + q − o
+            total = 16 * m * edges + a * m * (edges - 2 * far) + b * (2 * n * around - m * edges)
+            yield (2 * total + 32 * n * m) // (64 * n * m)
+
     for v in range(vertex_count):
-        guesses = []
+        guesses, opposites = [], []
         for p, q in around[v]:
             o = opposite.get((q, p), v)
             if max(p, q, o) < v:
                 guesses.append([x + y - z for x, y, z in zip(points[p], points[q], points[o])])
-        if not guesses:
-            guesses = [points[u] for edge in around[v] for u in edge if u < v]
-        if not guesses:
-            guesses = points[-1:] or [[0, 0, 0]]
-        n = len(guesses)
-        predicted = [(2 * sum(c) + n) // (2 * n) for c in zip(*guesses)]
+                opposites.append(points[o])
+        neighbours = [points[u] for edge in around[v] for u in edge if u < v]
+        if guesses and weights:
+            predicted = weighted(guesses, neighbours, opposites)
+        else:
+            means = guesses or neighbours or points[-1:] or [[0, 0, 0]]
+            n = len(means)
+            predicted = [(2 * sum(c) + n) // (2 * n) for c in zip(*means)]
         points.append([f + coder.integer(d) for f, d in zip(predicted, of)])
     return points
 
 
-def base_mesh(section, coded):
-    """Positions in the box, and faces."""
-    way = section.number("B") if coded else 0
-    require(way <= 1, "the base mesh is written in an unknown way")
-    vertex_count, face_count = section.numbers("I", 2)
-    if way == 0:
-        points = rows(finite(section.numbers("f", 3 * vertex_count)), vertex_count, 3)
-        indices = section.numbers("H" if vertex_count <= 65536 else "I", 3 * face_count)
-        require(all(i < vertex_count for i in indices), "a face has a vertex that is not there")
-        return points, rows(indices, face_count, 3)
-    exponent, length = section.number("b"), section.number("I")
-    require(face_count <= min((1 << 16) + 1024 * length, 1 << 21), "the base mesh is too large for its bytes")
-    coder = RangeDecoder(section.take(length))
-    faces = connectivity(coder, vertex_count, face_count)
-    if exponent == 127:
-        points = rows(finite(section.numbers("f", 3 * vertex_count)), vertex_count, 3)
-    else:
-        points = [[x * 2.0**exponent for x in p] for p in positions(coder, vertex_count, faces)]
-    coder.end()
-    return points, faces
+class BaseMesh:
+    """`positions` in the box and `faces`; in way 2 also `control`, the positions in steps of `spacing`."""
+
+    def __init__(self, section, version):
+        self.control = None
+        way = section.number("B") if version >= 2 else 0
+        require(way <= (2 if version >= 3 else 1), "the base mesh is written in an unknown way")
+        self.vertex_count, self.face_count = section.numbers("I", 2)
+        (self.read_plain, self.read_coded, self.read_control)[way](section)
+        section.end()
+
+    def read_positions(self, section):
+        self.positions = rows(finite(section.numbers("f", 3 * self.vertex_count)), self.vertex_count, 3)
+
+    def read_plain(self, section):
+        self.read_positions(section)
+        indices = section.numbers("H" if self.vertex_count <= 65536 else "I", 3 * self.face_count)
+        require(all(i < self.vertex_count for i in indices), "a face has a vertex that is not there")
+        self.faces = rows(indices, self.face_count, 3)
+
+    def read_connectivity(self, data, most_faces):
+        """The coder after it."""
+        most_faces = min((1 << 16) + 1024 * len(data), most_faces)
+        require(self.face_count <= most_faces, "the base mesh is too large for its bytes")
+        coder = RangeDecoder(data)
+        self.faces = connectivity(coder, self.vertex_count, self.face_count)
+        return coder
+
+    def read_coded(self, section):
+        exponent = section.number("b")
+        coder = self.read_connectivity(section.take(section.number("I")), 1 << 21)
+        if exponent == 127:
+            self.read_positions(section)
+        else:
+            steps = positions(coder, self.vertex_count, self.faces)
+            self.positions = [[x * 2.0**exponent for x in p] for p in steps]
+        coder.end()
+
+    def read_control(self, section):
+        (self.spacing,) = positive(section.numbers("f", 1))
+        weights = section.numbers("b", 4)
+        coder = self.read_connectivity(section.rest(), 1 << 20)
+        self.control = positions(coder, self.vertex_count, self.faces, weights)
+        coder.end(zeros=True)
+        require(all(abs(x) <= 1 << 24 for x in flat(self.control)), "a position is too large")
+        self.positions = [[single(x * self.spacing) for x in p] for p in self.control]
+
+
+def positive(numbers):
+    require(all(x > 0 for x in finite(numbers)), "a number is not positive")
+    return numbers
+
+
+def single(x):
+    """Rounded to single precision."""
+    require(abs(x) < 2**128 - 2**103, "a position is too large")
+    return struct.unpack("f", struct.pack("f", x))[0]
 
 
 def rows(numbers, count, width):
@@ -386,30 +440,228 @@ class ScalarSet:
         return [min(max(mean + scale * v, low), high) for v, (low, high, mean, scale) in zip(y, self.ranges)]
 
 
+# Levels
+
+
+def weighted_sum(*terms):
+    """The sum of weights times points."""
+    return [sum(w * p[k] for w, p in terms) for k in range(3)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def cross(a, b):
+    return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
+
+
+class Mesh:
+    """Faces and edges: `ends` of edges and vertices `across` them, edges that are `sides` of faces."""
+
+    def __init__(self, vertex_count, faces):
+        self.vertex_count, self.faces = vertex_count, faces
+        self.ends, self.across, self.sides, edges = [], [], [], {}
+        for face in faces:
+            self.sides.append([])
+            for a, b, c in (face, (*face[1:], face[0]), (face[2], *face[:2])):
+                edge = edges.setdefault(frozenset((a, b)), len(self.ends))
+                if edge == len(self.ends):
+                    self.ends.append((a, b))
+                    self.across.append([])
+                self.across[edge].append(c)
+                self.sides[-1].append(edge)
+        require(all(len(across) <= 2 for across in self.across), "an edge has more than two faces")
+        self.edges_at = [[] for _ in range(vertex_count)]
+        for edge, ends in enumerate(self.ends):
+            for v in ends:
+                self.edges_at[v].append(edge)
+
+    @functools.cached_property
+    def neighbours(self):
+        """Of every vertex: whether it is on the boundary, and its neighbours, there only those along the boundary."""
+        found = []
+        for v, edges in enumerate(self.edges_at):
+            boundary = [e for e in edges if len(self.across[e]) == 1]
+            require(len(boundary) in (0, 2), "the boundary is no curve")
+            found.append((bool(boundary), [sum(self.ends[e]) - v for e in boundary or edges]))
+        return found
+
+    def split(self):
+        faces = []
+        for (a, b, c), sides in zip(self.faces, self.sides):
+            x, y, z = (self.vertex_count + edge for edge in sides)
+            faces += (a, x, z), (x, b, y), (z, y, c), (x, y, z)
+        return Mesh(self.vertex_count + len(self.ends), faces)
+
+    def averages(self, points, inside, boundary):
+        """(1 − n w) v + w (sum of its n neighbours) with w = inside(n) or `boundary`, with neighbours along it."""
+        for v, (on_boundary, around) in zip(points, self.neighbours):
+            n = len(around)
+            w = boundary if on_boundary else inside(n)
+            yield weighted_sum((1 - n * w, v), *((w, points[u]) for u in around))
+
+    def subdivide(self, points):
+        """Positions of the vertices of the mesh that is split."""
+        new = list(self.averages(points, beta, 1 / 8))
+        for (a, b), across in zip(self.ends, self.across):
+            inside = len(across) == 2
+            weights = (3 / 8, 3 / 8, 1 / 8, 1 / 8) if inside else (1 / 2, 1 / 2)
+            new.append(weighted_sum(*zip(weights, [points[v] for v in (a, b, *across)])))
+        return new
+
+    def limit(self, points):
+        return list(self.averages(points, lambda n: 1 / (3 / (8 * beta(n)) + n), 1 / 6))
+
+    def normals(self, points):
+        sums = [[0.0, 0.0, 0.0] for _ in points]
+        for face in self.faces:
+            a, b, c = (points[v] for v in face)
+            area = cross(*(weighted_sum((1, p), (-1, a)) for p in (b, c)))
+            for v in face:
+                sums[v] = weighted_sum((1, sums[v]), (1, area))
+        return [[x / (math.hypot(*n) or 1) for x in n] for n in sums]
+
+    def edge_neighbours(self):
+        """Of every edge, the other edges of its faces."""
+        found = [set() for _ in self.ends]
+        for sides in self.sides:
+            for edge in sides:
+                found[edge].update(other for other in sides if other != edge)
+        return found
+
+
+def beta(n):
+    return 3 / 16 if n == 3 else 3 / (8 * n)
+
+
+THRESHOLDS = (14, 20, 29, 41, 58, 82, 116, 164, 232, 328, 463, 655, 927)
+
+
+def displacements(coder, mesh, energies, weights):
+    """Those in the middles of the edges of a mesh, in steps; `energies` of its vertices."""
+    unary, escape, sign = states(len(THRESHOLDS) + 1, 15), states(20), states()
+    near = mesh.edge_neighbours()
+    steps = []
+
+    def ones(array):
+        """The number of decisions that are 1 until one is 0."""
+        return next((k for k, state in enumerate(array) if not coder.decision(state)), len(array))
+
+    def activity(i, edges):
+        sizes = [min(abs(steps[j]), 15) for j in edges if j < i]
+        return 16 * sum(sizes) // max(len(sizes), 1)
+
+    for i, ((a, b), across) in enumerate(zip(mesh.ends, mesh.across)):
+        far = set().union(*(near[j] for j in near[i])) - near[i] - {i}
+        ends = (energies[a] + energies[b]) // 2
+        clues = activity(i, near[i]), activity(i, far), ends, (energies[across[0]] + energies[across[-1]]) // 2, 16
+        total = sum(clue * weight for clue, weight in zip(clues, weights))
+        magnitude = ones(unary[sum(threshold <= total for threshold in THRESHOLDS)])
+        if magnitude == 15:
+            bits = 1
+            for _ in range(ones(escape)):
+                bits = 2 * bits + coder.plain_bit()
+            magnitude += bits - 1
+        require(magnitude <= 1 << 20, "a displacement is too large")
+        steps.append(-magnitude if magnitude and coder.decision(sign) else magnitude)
+    return steps
+
+
+def split_energies(mesh, energies, steps):
+    """Energies of the vertices of the mesh that is split."""
+    sizes = [min(abs(q), 15) for q in steps]
+    old = [16 * sum(sizes[e] for e in edges) // len(edges) + e // 2 for edges, e in zip(mesh.edges_at, energies)]
+    return old + [16 * size for size in sizes]
+
+
+class Levels:
+    """Displacements in `steps` on the levels of a Loop surface, and the surface."""
+
+    def __init__(self, section, base):
+        self.control, count = base.positions, section.number("B")
+        require(count <= 6, "too many levels")
+        self.steps = positive(section.numbers("f", count))
+        weights = rows(section.numbers("B", 5 * count), count, 5)
+        data = section.rest()
+        self.meshes = [Mesh(base.vertex_count, base.faces)]
+        most = min((1 << 16) + 64 * len(data), 1 << 25)
+        require(len(self.meshes[0].ends) << 2 * count <= most, "too many displacements for their bytes")
+        coder, self.displacements, energies = RangeDecoder(data), [], [0] * base.vertex_count
+        for level_weights in weights:
+            mesh = self.meshes[-1]
+            self.displacements.append(displacements(coder, mesh, energies, level_weights))
+            energies = split_energies(mesh, energies, self.displacements[-1])
+            self.meshes.append(mesh.split())
+        coder.end(zeros=True)
+
+    @functools.cached_property
+    def surface(self):
+        """The mesh of the curved triangles, its points and their normals."""
+        points = self.control
+        for below, mesh, step, level in zip(self.meshes, self.meshes[1:], self.steps, self.displacements):
+            points = below.subdivide(points)
+            normals = mesh.normals(points)
+            for i, q in enumerate(level, below.vertex_count):
+                points[i] = weighted_sum((1, points[i]), (step * q, normals[i]))
+        mesh = self.meshes[-1].split()
+        points = mesh.limit(self.meshes[-1].subdivide(points))
+        return mesh, points, mesh.normals(points)
+
+    def evaluate(self, face, bary):
+        for _ in self.meshes:
+            child = next((k for k in range(3) if bary[k] >= 1 / 2), 3)
+            if child < 3:
+                bary = [2 * b - (k == child) for k, b in enumerate(bary)]
+            else:
+                bary = [1 - 2 * bary[k - 1] for k in range(3)]
+            face = 4 * face + child
+        mesh, points, normals = self.surface
+        p, n = ([values[v] for v in mesh.faces[face]] for values in (points, normals))
+        terms = [(b**3, x) for b, x in zip(bary, p)]
+        for i, j in itertools.permutations(range(3), 2):
+            along = dot(p[j], n[i]) - dot(p[i], n[i])
+            middle = weighted_sum((2 / 3, p[i]), (1 / 3, p[j]), (-along / 3, n[i]))
+            terms.append((3 * bary[i] ** 2 * bary[j] + 6 / 4 * math.prod(bary), middle))
+        return weighted_sum(*terms, *((-math.prod(bary), x) for x in p))
+
+
 # Model
 
 
 class Model:
-    """A displacement field: `positions` of the box and `faces`, `features` of the vertices, `network`, `scalars`."""
+    """A field on a base mesh: its `positions` in the box and `faces`; `levels`, or `features` of the vertices and a
+    `network`; `scalars`."""
 
     def __init__(self, version, sections):
-        coded, self.version = version >= 2, version
+        self.version, self.levels = version, None
         # Of sections with the same tag the first counts.
         read = {tag: Bytes(payload) for tag, payload in reversed(sections)}
-        for tag in (b"SIML", b"BASE", b"FEAT", b"NETW"):
+
+        def section(tag):
             require(tag in read, f"the section {tag.decode()} is missing")
-        self.scale, *self.centre = finite(read[b"SIML"].numbers("d", 4))
+            return read[tag]
+
+        similarity = section(b"SIML")
+        self.scale, *self.centre = finite(similarity.numbers("d", 4))
         require(1e-150 <= self.scale <= 1e150, "the scale of the box is out of range")
-        self.positions, self.faces = base_mesh(read[b"BASE"], coded)
-        width = read[b"FEAT"].number("I")
-        self.features = features(read[b"FEAT"], len(self.positions), width, coded)
-        netw = read[b"NETW"]
-        activation, self.residual, octaves, depth = netw.numbers("B", 4)
-        self.network = Network(activation, octaves, netw.numbers("I", depth), width, 3).read(netw, coded)
-        for tag in (b"SIML", b"BASE", b"FEAT", b"NETW"):
-            read[tag].end()
+        similarity.end()
+        self.base = BaseMesh(section(b"BASE"), version)
+        self.positions, self.faces = self.base.positions, self.base.faces
+        if self.base.control is not None:
+            self.levels = Levels(section(b"LEVL"), self.base)
+        else:
+            self.read_network(section(b"FEAT"), section(b"NETW"))
         self.provenance = json.loads(read[b"PROV"].data or "{}") if b"PROV" in read else {}
         self.scalars = [ScalarSet(Bytes(data), len(self.positions)) for tag, data in sections if tag == b"SCAL"]
+
+    def read_network(self, feat, netw):
+        coded, width = self.version >= 2, feat.number("I")
+        self.features = features(feat, len(self.positions), width, coded)
+        activation, self.residual, octaves, depth = netw.numbers("B", 4)
+        self.network = Network(activation, octaves, netw.numbers("I", depth), width, 3).read(netw, coded)
+        feat.end()
+        netw.end()
 
     def arrays(self):
         """All arrays, named as in the `.safetensors` of `ndf convert`: kind of number as in `struct`, flat numbers."""
@@ -417,9 +669,17 @@ class Model:
             "similarity": ("d", [self.scale, *self.centre]),
             "base.positions": ("f", flat(self.positions)),
             "base.faces": ("I", flat(self.faces)),
-            "features": ("f", flat(self.features)),
         }
-        networks = [("network", self.network)]
+        networks = []
+        if self.levels:
+            arrays["levels.control"] = ("i", flat(self.base.control))
+            arrays["levels.spacing"] = ("f", [self.base.spacing])
+            for level, (step, numbers) in enumerate(zip(self.levels.steps, self.levels.displacements), 1):
+                arrays[f"levels.{level}.step"] = ("f", [step])
+                arrays[f"levels.{level}.displacements"] = ("i", numbers)
+        else:
+            arrays["features"] = ("f", flat(self.features))
+            networks.append(("network", self.network))
         for i, scalars in enumerate(self.scalars):
             arrays[f"scalars.{i}.features"] = ("f", flat(scalars.features))
             networks.append((f"scalars.{i}.network", scalars.network))
@@ -434,6 +694,8 @@ class Model:
 
     def evaluate(self, face, bary):
         """The image of a point of the base mesh, in the box."""
+        if self.levels:
+            return self.levels.evaluate(face, bary)
         x = self.interpolate(self.positions, face, bary)
         y = self.network(self.interpolate(self.features, face, bary), x)
         return [a + b for a, b in zip(x, y)] if self.residual else y
@@ -452,7 +714,7 @@ def read(data):
     header = Bytes(data)
     require(header.take(8) == b"\x89NDF\r\n\x1a\n", "no .ndf model")
     version, count = header.numbers("I", 2)
-    require(1 <= version <= 2, f"version {version} is not known")
+    require(1 <= version <= 3, f"version {version} is not known")
     require(count <= 1024, "too many sections")
     table = [struct.unpack("<4sIQ", header.take(16)) for _ in range(count)]
     require(zlib.crc32(data[: header.at]) == header.number("I"), "the checksum of the header does not match")
@@ -495,14 +757,20 @@ def point(model, line):
 
 
 def summary(model):
-    network, names = model.network, [name for scalars in model.scalars for name in scalars.names]
+    names = [name for scalars in model.scalars for name in scalars.names]
     yield f"version    {model.version}"
     yield f"base mesh  {len(model.positions)} vertices, {len(model.faces)} faces"
     yield f"box        scale {model.scale:.6g}, centre " + " ".join(f"{x:.6g}" for x in model.centre)
-    yield f"features   {len(model.features[0])} a vertex"
-    yield f"network    {' → '.join(map(str, network.widths))}, {ACTIVATIONS[network.activation][0]}, " + (
-        f"{network.octaves} octaves, " + ("residual" if model.residual else "not residual")
-    )
+    if model.levels:
+        levels = zip(model.levels.displacements, model.levels.steps)
+        levels = [f"{len(q)} displacements in steps of {step:.6g}" for q, step in levels]
+        yield f"levels     {', '.join(levels) or 'none'}"
+    else:
+        network = model.network
+        yield f"features   {len(model.features[0])} a vertex"
+        yield f"network    {' → '.join(map(str, network.widths))}, {ACTIVATIONS[network.activation][0]}, " + (
+            f"{network.octaves} octaves, " + ("residual" if model.residual else "not residual")
+        )
     yield f"scalars    {', '.join(names) or 'none'}"
     yield f"provenance {json.dumps(model.provenance, ensure_ascii=False)}"
 

@@ -18,8 +18,10 @@ fn wavy(base: TriangleMesh, amplitude: f32) -> DisplacementField {
     let field = DisplacementField::untrained(base, FieldShape::default(), 2).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut random = |n: usize| (0..n).map(|_| rng.random_range(-amplitude..amplitude)).collect::<Vec<f32>>();
-    let (features, parameters) =
-        (random(field.network().features().len()), random(field.network().mlp().parameters().len()));
+    let (features, parameters) = (
+        random(field.network().unwrap().features().len()),
+        random(field.network().unwrap().mlp().parameters().len()),
+    );
     field.with_parameters(features, parameters).unwrap()
 }
 

@@ -30,6 +30,7 @@ pub mod quality;
 pub mod repair;
 pub mod sampling;
 pub mod shapes;
+pub mod subdivision;
 pub mod surface_point;
 mod triangle_mesh;
 pub mod triangle_tree;

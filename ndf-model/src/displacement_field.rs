@@ -1,8 +1,9 @@
 //! The neural displacement field `g : Ω′ → R³` of a base mesh Ω′.
 //!
 //! `g(x) = x + MLP([z(x), x, PE(x)])` (or without the leading `x`, see [`FieldShape::residual`]): an
-//! [`IntrinsicNetwork`] that gives the displacement. Everything here lives in the normalised box `[-1.5, 1.5]³`;
-//! [`crate::Similarity`] leads to the user's units.
+//! [`IntrinsicNetwork`] that gives the displacement. Or `g(x) = S(x)`, the [surface of levels](crate::levels) above the base
+//! mesh, without a network. Everything here lives in the normalised box `[-1.5, 1.5]³`; [`crate::Similarity`] leads to the
+//! user's units.
 //!
 //! This is the one place where `f64` geometry meets `f32` networks: inputs are rounded on the way in, and the
 //! displacement is added in `f64` on the way out.
@@ -12,6 +13,7 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape, Part, Passes};
+use crate::levels::{LevelSurface, Levels, LevelsError};
 use ndf_core::DVec3;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::{Face, FacePoint};
@@ -53,12 +55,17 @@ impl FieldShape {
     }
 }
 
-/// A base mesh and the network on it: all that is needed to evaluate `g`.
+/// A base mesh and what displaces it: all that is needed to evaluate `g`.
 #[derive(Clone, Debug)]
 pub struct DisplacementField {
     base: ManifoldMesh,
-    network: IntrinsicNetwork,
-    residual: bool,
+    displacement: Displacement,
+}
+
+#[derive(Clone, Debug)]
+enum Displacement {
+    Network { network: IntrinsicNetwork, residual: bool },
+    Levels { levels: Levels, surface: LevelSurface },
 }
 
 /// A point of the learned surface and the surface's tangents there.
@@ -98,7 +105,23 @@ impl DisplacementField {
         if let Some(v) = rounded.iter().position(|p| !p.is_finite()) {
             return Err(NetworkError::BaseVertex(v));
         }
-        Ok(Self { base: base.with_positions(rounded), network, residual })
+        let displacement = Displacement::Network { network, residual };
+        Ok(Self { base: base.with_positions(rounded), displacement })
+    }
+
+    /// The field of levels above a base mesh, whose positions become the control vertices of the levels. O(4^levels · faces).
+    ///
+    /// # Errors
+    /// If the levels do not fit the mesh.
+    pub fn levelled(base: &ManifoldMesh, levels: Levels) -> Result<Self, LevelsError> {
+        let surface = levels.surface(base)?;
+        if !crate::file::is_codable(base) {
+            return Err(LevelsError::Entangled);
+        }
+        Ok(Self {
+            base: base.with_positions(levels.positions()),
+            displacement: Displacement::Levels { levels, surface },
+        })
     }
 
     /// A field to be trained: features and the network's last layer are zero where the shape is residual
@@ -123,63 +146,101 @@ impl DisplacementField {
         &self.base
     }
 
-    /// Sizes of the parts.
-    pub fn shape(&self) -> FieldShape {
-        FieldShape { network: self.network.shape().clone(), residual: self.residual }
+    /// Sizes of the network's parts, if the field has a network.
+    pub fn shape(&self) -> Option<FieldShape> {
+        match &self.displacement {
+            Displacement::Network { network, residual } => {
+                Some(FieldShape { network: network.shape().clone(), residual: *residual })
+            }
+            Displacement::Levels { .. } => None,
+        }
     }
 
-    /// The network: features and perceptron.
-    pub fn network(&self) -> &IntrinsicNetwork {
-        &self.network
+    /// The network, if the field has one: features and perceptron.
+    pub fn network(&self) -> Option<&IntrinsicNetwork> {
+        match &self.displacement {
+            Displacement::Network { network, .. } => Some(network),
+            Displacement::Levels { .. } => None,
+        }
+    }
+
+    /// The levels, if the field has some.
+    pub fn levels(&self) -> Option<&Levels> {
+        match &self.displacement {
+            Displacement::Network { .. } => None,
+            Displacement::Levels { levels, .. } => Some(levels),
+        }
+    }
+
+    /// The surface of the levels, if the field has some.
+    pub fn level_surface(&self) -> Option<&LevelSurface> {
+        match &self.displacement {
+            Displacement::Network { .. } => None,
+            Displacement::Levels { surface, .. } => Some(surface),
+        }
     }
 
     /// The same base mesh and shape with other features and network parameters.
     ///
     /// # Errors
-    /// If numbers do not fit together or are not finite.
+    /// If the field has no network, or the numbers do not fit together or are not finite.
     pub fn with_parameters(&self, features: Vec<f32>, parameters: Vec<f32>) -> Result<Self, NetworkError> {
-        Ok(self.with_network(self.network.with_parameters(features, parameters)?))
+        self.map_network(|network| network.with_parameters(features, parameters))?
+            .ok_or(NetworkError::NoNetwork)
     }
 
-    /// The same base mesh with another network of the same shape.
-    pub(crate) fn with_network(&self, network: IntrinsicNetwork) -> Self {
-        Self { base: self.base.clone(), network, residual: self.residual }
+    /// The same base mesh with another network of the same shape, made from the one it has, if it has one.
+    pub(crate) fn map_network<E>(
+        &self,
+        other: impl FnOnce(&IntrinsicNetwork) -> Result<IntrinsicNetwork, E>,
+    ) -> Result<Option<Self>, E> {
+        let Displacement::Network { network, residual } = &self.displacement else { return Ok(None) };
+        let displacement = Displacement::Network { network: other(network)?, residual: *residual };
+        Ok(Some(Self { base: self.base.clone(), displacement }))
     }
 
-    /// g at every point; about 3,000 floating-point operations each with the default shape.
+    /// g at every point; about 3,000 floating-point operations each with the default shape, 300 with levels.
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.
     pub fn map(&self, points: &[FacePoint]) -> Vec<DVec3> {
+        let (network, residual) = match &self.displacement {
+            Displacement::Network { network, residual } => (network, *residual),
+            Displacement::Levels { surface, .. } => return surface.map(points),
+        };
         let mut mapped = vec![DVec3::ZERO; points.len()];
-        self.network.evaluate_into(&self.base, points, &[], &mut mapped, 1, |_, point, row, to| {
-            to[0] = self.origin(point) + vector(row);
+        network.evaluate_into(&self.base, points, &[], &mut mapped, 1, |_, point, row, to| {
+            to[0] = self.origin(residual, point) + vector(row);
         });
         mapped
     }
 
-    /// g and its tangents at every point; three times the work of [`map`](Self::map).
+    /// g and its tangents at every point; three times the work of [`map`](Self::map) with a network, as much with levels.
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.
     pub fn map_with_tangents(&self, points: &[FacePoint]) -> Vec<Mapped> {
+        let (network, residual) = match &self.displacement {
+            Displacement::Network { network, residual } => (network, *residual),
+            Displacement::Levels { surface, .. } => return surface.map_with_tangents(points),
+        };
         let mut mapped = vec![Mapped { point: DVec3::ZERO, tangents: [DVec3::ZERO; 2] }; points.len()];
         let take = |part: Part, point: &FacePoint, row: &[f32], to: &mut [Mapped]| match part {
-            Part::Values(_) => to[0].point = self.origin(point) + vector(row),
-            Part::Tangent(k) => to[0].tangents[k] = self.edge(point.face, k) + vector(row),
+            Part::Values(_) => to[0].point = self.origin(residual, point) + vector(row),
+            Part::Tangent(k) => to[0].tangents[k] = self.edge(residual, point.face, k) + vector(row),
         };
-        self.network.evaluate_into(&self.base, points, &EDGES, &mut mapped, 1, take);
+        network.evaluate_into(&self.base, points, &EDGES, &mut mapped, 1, take);
         mapped
     }
 
     /// The displacement's starting point: x where the field is residual.
-    fn origin(&self, point: &FacePoint) -> DVec3 {
-        if self.residual { point.position(&self.base) } else { DVec3::ZERO }
+    fn origin(&self, residual: bool, point: &FacePoint) -> DVec3 {
+        if residual { point.position(&self.base) } else { DVec3::ZERO }
     }
 
     /// The derivative of the starting point along edge k.
-    fn edge(&self, face: Face, k: usize) -> DVec3 {
-        if !self.residual {
+    fn edge(&self, residual: bool, face: Face, k: usize) -> DVec3 {
+        if !residual {
             return DVec3::ZERO;
         }
         let corners = self.base.corner_positions(face);
@@ -203,7 +264,8 @@ mod tests {
         let field = DisplacementField::untrained(base, shape.clone(), 3).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut random = |n: usize| (0..n).map(|_| rng.random_range(-0.3..0.3)).collect::<Vec<f32>>();
-        let (f, p) = (random(field.network().features().len()), random(shape.mlp().parameter_count()));
+        let (f, p) =
+            (random(field.network().unwrap().features().len()), random(shape.mlp().parameter_count()));
         field.with_parameters(f, p).unwrap()
     }
 

@@ -28,6 +28,7 @@
 pub mod displacement_field;
 pub mod file;
 pub mod intrinsic_network;
+pub mod levels;
 mod model;
 pub mod scalars;
 mod similarity;

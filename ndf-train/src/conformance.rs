@@ -116,7 +116,7 @@ pub fn check(term: &dyn Term) {
         Packed::new(&mlp)
     });
     let positions = single(field.base().positions());
-    let vertex_features = field.network().features();
+    let vertex_features = field.network().expect("an untrained field has a network").features();
     let encoding = IntrinsicEncoding::new(field.base().faces(), &positions, vertex_features, &shape);
     let evaluate = |sample: &Sample, weight: f32| -> Found {
         let [y, u, v] = sample.vectors;

@@ -4,6 +4,7 @@ use ndf_core::progress::Progress;
 use ndf_core::projected;
 use ndf_core::{Query, Surface};
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::AreaSampler;
 use ndf_model::{DisplacementField, Similarity};
 use serde::Serialize;
 
@@ -164,33 +165,70 @@ fn report(trainer: &Trainer<'_>, last: Option<EpochLosses>, progress: &dyn Progr
     progress.report("training", trainer.epoch() as f64 / trainer.epochs() as f64);
 }
 
-/// Measures `field` on fresh samples with true projections.
+/// The result of a run, measured on fresh samples with true projections.
 fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
-    let samples = trainer.plan.sampler.sample(MEASURED_SAMPLES, trainer.plan.settings.seed, MEASURING_STREAM);
-    let mapped = field.map_with_tangents(&samples);
-    let similarity = &trainer.plan.similarity;
-    let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
-    let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
-    for (foot, mapped) in projected(trainer.plan.truth(), &queries).iter().zip(&mapped) {
-        if let Ok(foot) = foot {
-            let distance = similarity.to_normalised(foot.point).distance(mapped.point);
-            squares += distance * distance;
-            largest = largest.max(distance);
-            hits += 1;
-            flipped += usize::from(foot.normal.dot(mapped.normal()) < 0.0);
-        }
-    }
-    let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+    let plan = &trainer.plan;
+    let measured = Measured::of(plan.truth(), &plan.similarity, field, &plan.sampler, plan.settings.seed);
     FitReport {
         epochs: trainer.epoch(),
         seconds: trainer.clock.elapsed().as_secs_f64(),
         seconds_projecting: trainer.clock.projecting.as_secs_f64(),
-        projection_rms: (squares / hits.max(1) as f64).sqrt(),
-        projection_max: largest,
-        cycle_loss: None,
-        flipped_fraction: share(flipped, hits),
-        missed_fraction: share(samples.len() - hits, samples.len()),
-        retreats: 0,
-        interrupted: false,
+        ..measured.report()
+    }
+}
+
+/// How far a field is from a surface.
+pub(crate) struct Measured {
+    rms: f64,
+    max: f64,
+    flipped: f64,
+    missed: f64,
+}
+
+impl Measured {
+    /// Measures a field on fresh samples, with true projections.
+    pub(crate) fn of(
+        surface: &dyn Surface,
+        similarity: &Similarity,
+        field: &DisplacementField,
+        sampler: &AreaSampler,
+        seed: u64,
+    ) -> Self {
+        let samples = sampler.sample(MEASURED_SAMPLES, seed, MEASURING_STREAM);
+        let mapped = field.map_with_tangents(&samples);
+        let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
+        let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
+        for (foot, mapped) in projected(surface, &queries).iter().zip(&mapped) {
+            if let Ok(foot) = foot {
+                let distance = similarity.to_normalised(foot.point).distance(mapped.point);
+                squares += distance * distance;
+                largest = largest.max(distance);
+                hits += 1;
+                flipped += usize::from(foot.normal.dot(mapped.normal()) < 0.0);
+            }
+        }
+        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+        Self {
+            rms: (squares / hits.max(1) as f64).sqrt(),
+            max: largest,
+            flipped: share(flipped, hits),
+            missed: share(samples.len() - hits, samples.len()),
+        }
+    }
+
+    /// The report of a run that made no epoch.
+    pub(crate) fn report(&self) -> FitReport {
+        FitReport {
+            epochs: 0,
+            seconds: 0.0,
+            seconds_projecting: 0.0,
+            projection_rms: self.rms,
+            projection_max: self.max,
+            cycle_loss: None,
+            flipped_fraction: self.flipped,
+            missed_fraction: self.missed,
+            retreats: 0,
+            interrupted: false,
+        }
     }
 }

@@ -29,6 +29,7 @@ mod error;
 mod fit;
 #[cfg(test)]
 mod gradient_tests;
+pub mod levels;
 pub mod objective;
 mod plan;
 mod provenance;
@@ -42,7 +43,7 @@ mod trainer;
 pub use base::stored_base;
 pub use error::TrainError;
 pub use fit::{Fit, FitReport, Log, LogRecord, fit, train};
-pub use provenance::provenance;
+pub use provenance::{level_provenance, provenance};
 pub use settings::{ReverseMap, Schedule, Settings, SettingsError};
 pub use state::{Checkpoint, CheckpointError};
 pub use trainer::{EpochLosses, Trainer};

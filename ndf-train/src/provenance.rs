@@ -3,13 +3,17 @@
 use serde::Serialize;
 
 use crate::fit::FitReport;
+use crate::levels::LevelOptions;
 use crate::settings::Settings;
 
 #[derive(Serialize)]
 struct Provenance<'a> {
     program: &'a str,
     input: Option<&'a str>,
-    settings: Settings,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    settings: Option<Settings>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    levels: Option<LevelOptions>,
     metrics: Metrics,
 }
 
@@ -28,9 +32,31 @@ struct Metrics {
 pub fn provenance(program: &str, input: Option<&str>, settings: &Settings, report: &FitReport) -> String {
     let FitReport { epochs, projection_rms, projection_max, cycle_loss, flipped_fraction, .. } = *report;
     let metrics = Metrics { epochs, projection_rms, projection_max, cycle_loss, flipped_fraction };
-    let settings = Settings { time_limit: None, ..settings.clone() };
-    let provenance = Provenance { program, input, settings, metrics };
-    serde_json::to_string(&provenance).expect("settings are numbers and words, with strings for keys")
+    let settings = Some(Settings { time_limit: None, ..settings.clone() });
+    text(&Provenance { program, input, settings, levels: None, metrics })
+}
+
+/// The same of a field of levels: what it was asked for, how far it is off, and the iterations as epochs.
+pub fn level_provenance(
+    program: &str,
+    input: Option<&str>,
+    settings: &LevelOptions,
+    report: &FitReport,
+) -> String {
+    // Eight digits are more than the measurement has, and a file of levels is small.
+    let short = |x: f64| format!("{x:.7e}").parse().unwrap_or(x);
+    let metrics = Metrics {
+        epochs: report.epochs,
+        projection_rms: short(report.projection_rms),
+        projection_max: short(report.projection_max),
+        cycle_loss: None,
+        flipped_fraction: short(report.flipped_fraction),
+    };
+    text(&Provenance { program, input, settings: None, levels: Some(*settings), metrics })
+}
+
+fn text(provenance: &Provenance<'_>) -> String {
+    serde_json::to_string(provenance).expect("settings are numbers and words, with strings for keys")
 }
 
 #[cfg(test)]

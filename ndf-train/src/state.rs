@@ -263,10 +263,10 @@ impl Checkpoint {
         let time = Duration::try_from_secs_f64(header.seconds).map_err(|e| {
             FileDefect::Value(format!("it says that training took {} s ({e})", header.seconds).into())
         })?;
-        if features.len() != model.field.network().features().len() {
+        if Some(features.len()) != model.field.network().map(|network| network.features().len()) {
             return Err(mismatch("its features do not fit its base mesh").into());
         }
-        if hints.len() != settings.samples || model.field.shape() != settings.field {
+        if hints.len() != settings.samples || model.field.shape().as_ref() != Some(&settings.field) {
             return Err(mismatch("its parts have different sizes").into());
         }
         let learned = Learned { features, mlp, moments: [of_features, of_theta], grids: header.grids };

@@ -92,7 +92,7 @@ impl<'a> Trainer<'a> {
         settings.validate()?;
         let StoredBase { mesh, similarity, order } = base;
         let start = DisplacementField::untrained(mesh, settings.field.clone(), settings.seed)?;
-        let network = start.network();
+        let network = start.network().ok_or(NetworkError::NoNetwork)?;
         let learned = Learned::new(network.features().to_vec(), network.mlp().clone());
         let state = State { learned, companions: Vec::new(), epoch: 0, rate_factor: 1.0 };
         let plan = Plan::new(surface, start, similarity, order, settings)?;

@@ -36,7 +36,8 @@ fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, Checkpoint) 
 }
 
 fn bits(fit: &Fit) -> Vec<u32> {
-    let all = fit.field.network().features().iter().chain(fit.field.network().mlp().parameters());
+    let all =
+        fit.field.network().unwrap().features().iter().chain(fit.field.network().unwrap().mlp().parameters());
     all.map(|x| x.to_bits()).collect()
 }
 

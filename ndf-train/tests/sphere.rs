@@ -39,7 +39,7 @@ fn the_number_of_threads_and_the_run_change_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let fit = pool.install(|| fit(&SPHERE, &base(), settings, &NoProgress)).unwrap();
         let bits = |x: &[f32]| x.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        (bits(fit.field.network().features()), bits(fit.field.network().mlp().parameters()))
+        (bits(fit.field.network().unwrap().features()), bits(fit.field.network().unwrap().mlp().parameters()))
     };
     let settings = Settings { epochs: 40, ..quick() };
     let one = run(1, &settings);

@@ -154,7 +154,7 @@ fn runs_are_resumed_with_the_terms_of_the_checkpoint_alone() {
     let mut same = resumed().with_anchors(&pairs).with_term(0.5, Arc::new(Shrink("a")));
     let numbers = |trainer: &mut Trainer<'_>| {
         let (fit, _) = train(trainer, None, &NoProgress).unwrap();
-        fit.field.network().features().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+        fit.field.network().unwrap().features().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
     };
     assert_eq!(numbers(&mut same), numbers(&mut trainer));
     assert!(matches!(resumed().run_epoch(), Err(TrainError::OtherTerms { .. })));

@@ -11,6 +11,7 @@ use ndf_model::file::{ModelError, PartDefect};
 use ndf_spectral::SpectralError;
 use ndf_surfaces::narrow_band::BandError;
 use ndf_surfaces::networks::LayoutError;
+use ndf_train::levels::LevelFitError;
 use ndf_train::scalars::ScalarError;
 use ndf_train::{CheckpointError, TrainError};
 
@@ -121,6 +122,14 @@ impl Error {
                 FitError::Band(BandError::Extent) => "too_large",
                 FitError::Band(BandError::Cancelled) | FitError::Cancelled => "cancelled",
                 FitError::Training(error) => training(error),
+                FitError::NotOfLevels(_) => "invalid_option",
+                FitError::Levels(error) => match error {
+                    LevelFitError::Cancelled(_) => "cancelled",
+                    LevelFitError::Option(_) => "invalid_option",
+                    LevelFitError::Levels(error) => PartDefect::Levels(*error).code(),
+                    LevelFitError::NoArea => "no_area",
+                    LevelFitError::OutOfReach => "out_of_reach",
+                },
             },
             Self::Checkpoint(error) => match error {
                 CheckpointError::Io(_) => "io",

@@ -9,9 +9,11 @@ use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
 use ndf_model::Model;
 use ndf_model::file::StoredBase;
 use ndf_surfaces::narrow_band::BandError;
+use ndf_train::levels::{LevelFit, LevelFitError, LevelOptions, fit_levels};
 use ndf_train::objective::Term;
 use ndf_train::{
-    Checkpoint, FitReport, LogRecord, Settings, TrainError, Trainer, provenance, stored_base, train,
+    Checkpoint, FitReport, LogRecord, Settings, TrainError, Trainer, level_provenance, provenance,
+    stored_base, train,
 };
 
 use crate::band::BandFigures;
@@ -33,6 +35,7 @@ type OnNote<'a> = Box<dyn FnMut(&Note) + 'a>;
 pub struct Fit<'a> {
     opened: &'a Opened,
     settings: Settings,
+    levels: Option<LevelOptions>,
     base: Base<'a>,
     anchors: Vec<(DVec3, DVec3)>,
     terms: Vec<(f32, Arc<dyn Term>)>,
@@ -64,6 +67,12 @@ pub enum FitError {
     /// Training did not end well.
     #[error(transparent)]
     Training(#[from] TrainError),
+    /// Levels could not be learned.
+    #[error(transparent)]
+    Levels(#[from] LevelFitError),
+    /// Anchors, terms, logs and checkpoints are those of networks.
+    #[error("a field of levels has no {0}; learn a network instead")]
+    NotOfLevels(&'static str),
     /// The observer asked to stop before training began, so that there is nothing to keep.
     #[error("interrupted before training began")]
     Cancelled,
@@ -100,14 +109,15 @@ pub struct Fitted {
     pub kind: Kind,
     /// The level of its field, where that was chosen.
     pub level: Option<Level>,
-    /// The base mesh as the model keeps it, in the surface's units.
+    /// The base mesh from which the field was learned, in the surface's units: the one that the model keeps, but for a field of
+    /// levels, which keeps control vertices.
     pub base: ManifoldMesh,
     /// How it came about, where it was made.
     pub base_report: Option<BaseMeshReport>,
     /// How far the cached copy of the field was right, where there was one.
     pub band: Option<BandFigures>,
-    /// Enough to go on: from the end, or from where the run was stopped.
-    pub checkpoint: Checkpoint,
+    /// Enough to go on: from the end, or from where the run was stopped. A field of levels has none.
+    pub checkpoint: Option<Checkpoint>,
     /// What was left out, or is doubtful.
     pub notes: Vec<Note>,
 }
@@ -118,6 +128,7 @@ impl<'a> Fit<'a> {
         Self {
             opened,
             settings: Preset::Default.settings(opened.kind),
+            levels: None,
             base: Base::Made(BaseMeshOptions { faces: BASE_FACES, ..BaseMeshOptions::default() }),
             anchors: Vec::new(),
             terms: Vec::new(),
@@ -148,6 +159,12 @@ impl<'a> Fit<'a> {
     pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
         change(&mut self.settings);
         self
+    }
+
+    /// Learns levels of displacements instead of a network: less than half the bytes at the same distance. Settings of networks
+    /// and training do not count then.
+    pub fn levels(self, options: LevelOptions) -> Self {
+        Self { levels: Some(options), ..self }
     }
 
     /// Epochs of training.
@@ -224,7 +241,21 @@ impl<'a> Fit<'a> {
     /// # Errors
     /// If there is no base mesh, the settings are not usable, training diverges, or the run is stopped before training.
     pub fn run(self) -> Result<Fitted, FitError> {
-        let Self { opened, settings, base, anchors, terms, progress, mut log, noted } = self;
+        let Self { opened, mut settings, levels, base, anchors, terms, progress, mut log, noted } = self;
+        if levels.is_some() {
+            let network = [
+                ("anchors", !anchors.is_empty()),
+                ("terms", !terms.is_empty()),
+                ("log", log.is_some()),
+                ("checkpoint", matches!(base, Base::Resumed(_))),
+                ("time limit", settings.time_limit.is_some()),
+            ];
+            if let Some((what, _)) = network.into_iter().find(|(_, given)| *given) {
+                return Err(FitError::NotOfLevels(what));
+            }
+            // Their control vertices have a grid of their own.
+            settings.precision = None;
+        }
         let mut notes = Notes { all: Vec::new(), noted };
         let ready = |base: &ManifoldMesh| stored_base(&*opened.surface, base, &settings);
         let mut base_report = None;
@@ -238,11 +269,36 @@ impl<'a> Fit<'a> {
                 Start::Fresh(Box::new(ready(&made.mesh)?))
             }
         };
-        let band = opened.band(&start.base(), progress)?;
+        let base = start.base();
+        let band = opened.band(&base, progress)?;
         let surface: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
-        let mut trainer = match start {
-            Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint)?,
-            Start::Fresh(base) => Trainer::with_stored_base(surface, *base, &settings)?,
+        let file_name = opened.path.as_deref().and_then(std::path::Path::file_name);
+        let file_name = file_name.map(|name| name.to_string_lossy());
+        let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
+        let fitted = |model: Model, report, checkpoint, notes: Notes<'_>| Fitted {
+            base,
+            model,
+            report,
+            kind: opened.kind,
+            level: opened.level,
+            base_report,
+            band: band.as_ref().map(|band| band.figures),
+            checkpoint,
+            notes: notes.all,
+        };
+        let scalars = Vec::new();
+        let mut trainer = match (levels, start) {
+            (Some(levels), Start::Fresh(base)) => {
+                let StoredBase { mesh, similarity, .. } = *base;
+                let LevelFit { field, report, .. } =
+                    fit_levels(surface, &*opened.surface, similarity, &mesh, &levels, progress)?;
+                notes.add_result(&report);
+                let provenance = level_provenance(program, file_name.as_deref(), &levels, &report);
+                let model = Model { field, similarity, scalars, provenance };
+                return Ok(fitted(model, report, None, notes));
+            }
+            (_, Start::Resumed(checkpoint)) => Trainer::resumed(surface, *checkpoint)?,
+            (None, Start::Fresh(base)) => Trainer::with_stored_base(surface, *base, &settings)?,
         };
         if band.is_some() {
             trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);
@@ -257,22 +313,9 @@ impl<'a> Fit<'a> {
         let (fit, checkpoint) = train(&mut trainer, log, progress)?;
         drop(trainer);
         notes.add_training(&fit.report, checkpoint.settings(), progress.cancelled());
-        let file_name = opened.path.as_deref().and_then(std::path::Path::file_name);
-        let file_name = file_name.map(|name| name.to_string_lossy());
-        let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
         let provenance = provenance(program, file_name.as_deref(), checkpoint.settings(), &fit.report);
-        let model = Model { field: fit.field, similarity: fit.similarity, scalars: Vec::new(), provenance };
-        Ok(Fitted {
-            base: model.base_in_world(),
-            model,
-            report: fit.report,
-            kind: opened.kind,
-            level: opened.level,
-            base_report,
-            band: band.map(|band| band.figures),
-            checkpoint,
-            notes: notes.all,
-        })
+        let model = Model { field: fit.field, similarity: fit.similarity, scalars, provenance };
+        Ok(fitted(model, fit.report, Some(checkpoint), notes))
     }
 }
 
@@ -326,6 +369,10 @@ impl Notes<'_> {
         if report.retreats > 0 {
             self.add(Note::Diverged { times: report.retreats });
         }
+        self.add_result(report);
+    }
+
+    fn add_result(&mut self, report: &FitReport) {
         if report.flipped_fraction > NOTABLY_FLIPPED {
             self.add(Note::Flipped { share: report.flipped_fraction });
         }

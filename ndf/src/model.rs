@@ -75,7 +75,7 @@ pub trait ModelExt {
     /// As [`extract`](Self::extract).
     fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError>;
 
-    /// The base mesh.
+    /// The base mesh. Where the field is one of levels, that is the control mesh of a Loop surface, which lies around it.
     fn base_in_world(&self) -> ManifoldMesh;
 }
 

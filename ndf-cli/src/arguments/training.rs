@@ -5,9 +5,15 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
+use ndf_model::levels::MAX_FACES;
+use ndf_train::levels::{BYTES_PER_FACE, Budget, LevelOptions};
 use ndf_train::{Schedule, Settings};
 
 use super::numbers::{bits, positive, seconds, weight};
+use crate::output::Failure;
+
+/// Bytes of a model file beside base mesh and levels: its table, the similarity, and how it was made.
+const BYTES_BESIDE: usize = 450;
 
 /// How to train, and for how long.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -15,13 +21,19 @@ use super::numbers::{bits, positive, seconds, weight};
 pub struct Training {
     #[command(flatten)]
     chosen: Chosen,
+    /// What displaces the base mesh [default: network; with --size: levels].
+    #[arg(long, value_enum)]
+    field: Option<FieldName>,
+    /// About how many bytes the model may have; the number of base faces follows, unless it is given.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1000..=2_000_000))]
+    size: Option<u32>,
     /// End training after this time and keep what is learned by then; a resumed run starts a new count.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
 }
 
 /// How to train; what is not given is as in the preset. A run that is resumed has all this from its checkpoint.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 #[group(id = "Training", multiple = true)]
 struct Chosen {
     /// Settings to start from.
@@ -63,6 +75,16 @@ struct Chosen {
     lossless: bool,
 }
 
+/// What displaces a base mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum FieldName {
+    /// The paper's network, with features at the base vertices.
+    Network,
+    /// Displacements along the normal on the levels of the subdivided base mesh: less than half the bytes at the same
+    /// distance.
+    Levels,
+}
+
 /// Sets of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum PresetName {
@@ -86,6 +108,35 @@ impl Training {
     /// How long to train at most, where that was given.
     pub fn time_limit(&self) -> Option<Duration> {
         self.time_limit
+    }
+
+    /// What levels to learn, if levels are to be learned, and how many base faces suit them.
+    ///
+    /// # Errors
+    /// If something was asked for that the field does not have.
+    pub fn levels(&self, seed: u64) -> Result<Option<(LevelOptions, Option<usize>)>, Failure> {
+        let default = LevelOptions { seed, ..LevelOptions::default() };
+        match (self.field, self.size) {
+            (None | Some(FieldName::Network), None) => Ok(None),
+            (Some(FieldName::Network), Some(_)) => {
+                let failure = Failure::new("--size is for levels");
+                Err(failure.try_instead("--field levels, or --base-faces and --bits for a network"))
+            }
+            (None | Some(FieldName::Levels), _)
+                if self.chosen != Chosen::default() || self.time_limit.is_some() =>
+            {
+                let failure =
+                    Failure::new("settings of networks and of their training do not go with levels");
+                Err(failure.try_instead("--size and --base-faces, or --field network"))
+            }
+            (_, None) => Ok(Some((default, None))),
+            (_, Some(size)) => {
+                let bytes = (size as usize).saturating_sub(BYTES_BESIDE);
+                let options = LevelOptions { budget: Budget::Bytes(bytes), ..default };
+                let faces = (bytes as f64 / BYTES_PER_FACE) as usize;
+                Ok(Some((options, Some(faces.min(MAX_FACES)))))
+            }
+        }
     }
 
     /// Settings for a kind of input, with what was given.

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf::analysis::mode_scalars;
+use ndf::presets::BASE_FACES;
 use ndf::{
     DistanceOptions, EdgeLength, Fit, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place,
     TriangleMesh, Triangulated,
@@ -65,9 +66,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
+    let levels = arguments.training.levels(context.seed())?;
     let opened = open(&input, &arguments.reading, context)?;
     let settings = arguments.training.settings(opened.kind, context.seed());
-    let fitted = learned(Fit::new(&opened).settings(settings), &input, context)?;
+    let mut fit = Fit::new(&opened).settings(settings);
+    if let Some((levels, faces)) = levels {
+        fit = fit.levels(levels).base_faces(faces.unwrap_or(BASE_FACES));
+    }
+    let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));
     }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use clap::Args;
 use ndf::band::BandFigures;
 use ndf::base::NoBaseMesh;
+use ndf::presets::BASE_FACES;
 use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh};
 use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshError;
@@ -46,9 +47,9 @@ pub struct Arguments {
     /// Write a line of JSON for every batch: losses, learning rate, share of flipped samples, times.
     #[arg(long, value_name = "FILE.jsonl")]
     log: Option<PathBuf>,
-    /// Faces of the base mesh.
-    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
-    base_faces: u32,
+    /// Faces of the base mesh [default: 4000, or as many as suit --size].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
+    base_faces: Option<u32>,
     #[command(flatten)]
     training: Training,
 }
@@ -59,6 +60,19 @@ pub struct Arguments {
 /// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
+    let levels = arguments.training.levels(context.seed())?;
+    if levels.is_some() {
+        let of_networks = [
+            ("--anchors", arguments.anchors.is_some()),
+            ("--checkpoint", arguments.checkpoint.is_some()),
+            ("--resume", arguments.resume.is_some()),
+            ("--log", arguments.log.is_some()),
+        ];
+        if let Some((option, _)) = of_networks.into_iter().find(|(_, given)| *given) {
+            let failure = Failure::new(format!("{option} does not go with levels"));
+            return Err(failure.try_instead("leave it out, or --field network"));
+        }
+    }
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
     arguments.log.as_deref().map(check_place).transpose()?;
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
@@ -72,8 +86,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let mut log = arguments.log.as_deref().map(Log::new);
     let settings = arguments.training.settings(opened.kind, context.seed());
-    let mut fit =
-        Fit::new(&opened).settings(settings).base_faces(arguments.base_faces as usize).anchors(anchors);
+    let suited = levels.and_then(|(_, faces)| faces);
+    let base_faces = arguments.base_faces.map(|n| n as usize).or(suited).unwrap_or(BASE_FACES);
+    let mut fit = Fit::new(&opened).settings(settings).base_faces(base_faces).anchors(anchors);
+    if let Some((levels, _)) = levels {
+        fit = fit.levels(levels);
+    }
     if let Some(mesh) = &base {
         fit = fit.base(mesh);
     }
@@ -121,7 +139,7 @@ pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, F
 
 /// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given.
 fn save_checkpoint(arguments: &Arguments, fitted: &Fitted) -> Result<(), Failure> {
-    let checkpoint = &fitted.checkpoint;
+    let Some(checkpoint) = &fitted.checkpoint else { return Ok(()) };
     let write = |path: &Path| {
         checkpoint.write(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
     };
@@ -254,12 +272,15 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
         ("turned against it", format!("{:.3} %", 100.0 * report.flipped_fraction)),
         (
             "training",
-            format!(
-                "{} epochs in {:.1} s, of which projecting {:.1} s",
-                grouped(report.epochs),
-                report.seconds,
-                report.seconds_projecting
-            ),
+            match fitted.checkpoint {
+                Some(_) => format!(
+                    "{} epochs in {:.1} s, of which projecting {:.1} s",
+                    grouped(report.epochs),
+                    report.seconds,
+                    report.seconds_projecting
+                ),
+                None => format!("{} iterations in {:.1} s", report.epochs, report.seconds),
+            },
         ),
     ]);
     Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))

@@ -122,8 +122,14 @@ fn of_model(model: &ModelDescription) -> String {
     let mut rows = vec![
         ("base mesh", format!("{} vertices, {} faces", grouped(model.vertices), grouped(model.faces))),
         ("topology", topology(&model.base)),
-        ("features", format!("{} a vertex", model.features)),
-        ("network", format!("{} parameters", grouped(model.network_parameters))),
+    ];
+    if let Some(levels) = model.levels {
+        rows.push(("levels", format!("{levels} of displacements")));
+    } else {
+        rows.push(("features", format!("{} a vertex", model.features)));
+        rows.push(("network", format!("{} parameters", grouped(model.network_parameters))));
+    }
+    rows.extend([
         (
             "box",
             format!(
@@ -135,15 +141,16 @@ fn of_model(model: &ModelDescription) -> String {
         (
             "bytes",
             format!(
-                "{} (base {}, features {}, network {}, scalars {})",
+                "{} (base {}, levels {}, features {}, network {}, scalars {})",
                 grouped(bytes.total),
                 grouped(bytes.base),
+                grouped(bytes.levels),
                 grouped(bytes.features),
                 grouped(bytes.network),
                 grouped(bytes.scalars)
             ),
         ),
-    ];
+    ]);
     if !model.scalars.is_empty() {
         rows.push(("scalars", model.scalars.join(", ")));
     }

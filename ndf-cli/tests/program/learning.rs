@@ -304,3 +304,45 @@ fn distances_and_modes_of_meshes_and_models() {
             .contains("no vertex")
     );
 }
+
+#[test]
+fn levels_are_learned_kept_and_used_like_networks() {
+    let folder = Folder::new("fields-of-levels");
+    let done = |arguments: &[&str]| {
+        let run = ndf(&folder.0, arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    };
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let arguments = ["fit", "torus.ply", "-o", "levels.ndf", "--size", "2000", "--json"];
+    let fit = ndf(&folder.0, &arguments).json();
+    let bytes = std::fs::metadata(folder.0.join("levels.ndf")).unwrap().len();
+    assert_eq!(fit["model_bytes"].as_u64(), Some(bytes));
+    assert!(bytes.abs_diff(2000) < 200, "{bytes}");
+    // A network of as many base faces takes three times the bytes and is farther away.
+    assert!(fit["projection_rms"].as_f64().unwrap() < 2e-3, "{fit}");
+
+    let info = ndf(&folder.0, &["info", "levels.ndf", "--json"]).json();
+    assert_eq!((&info["kind"], &info["levels"], &info["features"]), (&"model".into(), &3.into(), &0.into()));
+    assert_eq!(info["bytes"]["total"].as_u64(), Some(bytes));
+
+    let extract = ["extract", "levels.ndf", "-o", "out.ply", "--relative-edge-length", "0.1", "--json"];
+    let extract = ndf(&folder.0, &extract).json();
+    assert_eq!((&extract["manifold"], &extract["euler_characteristic"]), (&true.into(), &0.into()));
+    done(&["convert", "levels.ndf", "-o", "levels.safetensors"]);
+    done(&["convert", "levels.safetensors", "-o", "again.ndf"]);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert_eq!(read("levels.ndf"), read("again.ndf"));
+
+    let geodesic =
+        ["geodesic", "levels.ndf", "-o", "g.ply", "--relative-edge-length", "0.1", "--source-vertex", "0"];
+    done(&geodesic);
+    done(&["scalars", "fit", "levels.ndf", "g.ply", "-o", "with.ndf", "--epochs", "40"]);
+    let eval = ["scalars", "eval", "with.ndf", "-o", "e.ply", "--relative-edge-length", "0.1"];
+    done(&eval);
+
+    let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "levels", "--epochs", "10"];
+    assert!(ndf(&folder.0, &refused).sentence().contains("do not go with levels"));
+    let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "network", "--size", "5000"];
+    assert!(ndf(&folder.0, &refused).sentence().contains("--size is for levels"));
+    assert!(!folder.0.join("x.ndf").exists());
+}

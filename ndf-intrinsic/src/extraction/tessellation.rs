@@ -204,8 +204,10 @@ mod tests {
         let field = DisplacementField::untrained(base, FieldShape::default(), 2).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(9);
         let mut random = |n: usize| (0..n).map(|_| rng.random_range(-0.2..0.2)).collect::<Vec<f32>>();
-        let (f, p) =
-            (random(field.network().features().len()), random(field.network().mlp().parameters().len()));
+        let (f, p) = (
+            random(field.network().unwrap().features().len()),
+            random(field.network().unwrap().mlp().parameters().len()),
+        );
         field.with_parameters(f, p).unwrap()
     }
 

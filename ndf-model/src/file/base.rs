@@ -7,12 +7,15 @@ use super::connectivity::{self, BaseOrder};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
+use crate::levels::{GateWeights, Levels, LevelsError, MAX_FACES, PARALLELOGRAM, Predictor};
 use ndf_mesh::io::FileDefect;
-use ndf_mesh::{Halfedge, ManifoldMesh, TriangleMesh, Vertex};
+use ndf_mesh::{Halfedge, ManifoldMesh, TriangleMesh};
 
 /// How positions and faces are written.
 const PLAIN: u8 = 0;
 const CODED: u8 = 1;
+/// As [`CODED`], with positions on a grid of any spacing and a predictor of their own.
+const LEVELLED: u8 = 2;
 /// Faces a coded byte may stand for, beyond the first 2¹⁶: what a hostile file can ask for stays in proportion. More
 /// regular meshes are written plain.
 const MAX_PER_BYTE: usize = 1024;
@@ -61,7 +64,7 @@ fn coded(base: &ManifoldMesh) -> Option<(Vec<u8>, Vec<u32>)> {
     if let Some(grid) = grid {
         let known: Vec<[i32; 3]> =
             base.positions().iter().map(|p| p.as_vec3().to_array().map(|x| grid.integer(x))).collect();
-        code_positions(&mut coder, &base, Some(&known));
+        code_positions(&mut coder, &Predictor::new(&base), &PARALLELOGRAM, base.vertex_count(), Some(&known));
     }
     let stream = coder.finish();
     if !is_plausible(base.face_count(), stream.len()) {
@@ -91,11 +94,26 @@ fn reordered(mesh: &ManifoldMesh, order: &BaseOrder) -> ManifoldMesh {
     ManifoldMesh::try_from(mesh).expect("the connectivity is the same")
 }
 
+/// A base mesh as it is read.
+pub(super) struct StoredPositions {
+    /// The mesh. Where it has levels, without its positions.
+    pub(super) mesh: ManifoldMesh,
+    /// Spacing and control vertices of a mesh with levels.
+    pub(super) control: Option<(f32, Vec<[i32; 3]>)>,
+}
+
+impl From<ManifoldMesh> for StoredPositions {
+    fn from(mesh: ManifoldMesh) -> Self {
+        Self { mesh, control: None }
+    }
+}
+
 /// Reads the section. In version 1 it is always plain, without saying so.
-pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<ManifoldMesh, ModelError> {
+pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<StoredPositions, ModelError> {
     match if version == 1 { PLAIN } else { r.u8()? } {
-        PLAIN => read_plain(r),
-        CODED => read_coded(r),
+        PLAIN => read_plain(r).map(StoredPositions::from),
+        CODED => read_coded(r).map(StoredPositions::from),
+        LEVELLED if version >= 3 => read_levelled(r),
         other => Err(r.unknown_coding(other)),
     }
 }
@@ -144,7 +162,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     r.end()?;
     let grid = Grid::new(exponent);
     let base = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
-    let integers = code_positions(&mut coder, &base, None);
+    let integers = code_positions(&mut coder, &Predictor::new(&base), &PARALLELOGRAM, vertices, None);
     if coder.is_exhausted() || !coder.is_spent() {
         return Err(r.defect(FileDefect::Mismatch("its positions do not fit its faces".into())));
     }
@@ -156,15 +174,21 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     Ok(base.with_positions(positions))
 }
 
-/// Codes positions on a grid, vertex by vertex: what a parallelogram does not predict.
-fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[i32; 3]]>) -> Vec<[i32; 3]> {
+/// Codes positions on a grid, vertex by vertex: what the predictor does not foretell.
+fn code_positions(
+    coder: &mut impl Coder,
+    predictor: &Predictor,
+    weights: &GateWeights,
+    count: usize,
+    known: Option<&[[i32; 3]]>,
+) -> Vec<[i32; 3]> {
     let mut models = [Integers::new(), Integers::new(), Integers::new()];
-    let mut done: Vec<[i32; 3]> = Vec::with_capacity(base.vertex_count());
-    for v in base.topology().vertices() {
-        let predicted = predict(base, v, &done);
+    let mut done: Vec<[i32; 3]> = Vec::with_capacity(count);
+    for v in 0..count {
+        let predicted = predictor.predict(v, weights, &done);
         let mut position = [0; 3];
         for c in 0..3 {
-            let rest = known.map_or(0, |known| known[v.index()][c].wrapping_sub(predicted[c]));
+            let rest = known.map_or(0, |known| known[v][c].wrapping_sub(predicted[c]));
             position[c] = predicted[c].wrapping_add(models[c].code(coder, rest));
         }
         done.push(position);
@@ -172,42 +196,74 @@ fn code_positions(coder: &mut impl Coder, base: &ManifoldMesh, known: Option<&[[
     done
 }
 
-/// The mean of the parallelograms that end in a vertex (Touma & Gotsman 1998); where there is none, of the neighbours
-/// that are known; else the vertex before.
-fn predict(base: &ManifoldMesh, v: Vertex, done: &[[i32; 3]]) -> [i32; 3] {
-    let mut parallelograms = Mean::default();
-    let mut neighbours = Mean::default();
-    let known = |v: Vertex| done.get(v.index()).map(|p| p.map(i64::from));
-    for h in base.topology().outgoing(v) {
-        let across = h.next();
-        let (x, y) = (known(base.topology().tail(across)), known(base.topology().tip(across)));
-        [x, y].into_iter().flatten().for_each(|p| neighbours.add(p));
-        if let (Some(x), Some(y), Some(twin)) = (x, y, base.topology().twin(across))
-            && let Some(o) = known(base.topology().tail(twin.previous()))
-        {
-            parallelograms.add([0, 1, 2].map(|c| x[c] + y[c] - o[c]));
-        }
-    }
-    let before = done.last().copied().unwrap_or_default();
-    parallelograms.rounded().or_else(|| neighbours.rounded()).unwrap_or(before)
+/// A base mesh with levels, as it is written.
+pub(super) struct Levelled {
+    /// The section.
+    pub(super) base: Vec<u8>,
+    /// The mesh in the order of the file.
+    pub(super) mesh: ManifoldMesh,
+    /// The levels in that order.
+    pub(super) levels: Levels,
+    /// The vertex that became every vertex.
+    pub(super) order: Vec<u32>,
 }
 
-/// A mean of places.
-#[derive(Default)]
-struct Mean {
-    sum: [i64; 3],
-    count: i64,
+/// Whether the connectivity of a mesh can be coded.
+pub(crate) fn is_codable(base: &ManifoldMesh) -> bool {
+    connectivity::encode(&mut Encoder::new(), base).is_some()
 }
 
-impl Mean {
-    fn add(&mut self, p: [i64; 3]) {
-        (0..3).for_each(|c| self.sum[c] += p[c]);
-        self.count += 1;
+/// The section of a base mesh with levels. Where it costs so little that a reader would not believe it, zeros fill it up.
+pub(super) fn write_levelled(base: &ManifoldMesh, levels: &Levels) -> Levelled {
+    let mut coder = Encoder::new();
+    let order = connectivity::encode(&mut coder, base);
+    let order = order.expect("a base mesh with levels is one whose connectivity can be coded");
+    let mesh = reordered(base, &order);
+    let levels = levels.reordered(base, &mesh, &order.vertices);
+    let predictor = Predictor::new(&mesh);
+    let weights = predictor.fitted_weights(&levels.control);
+    code_positions(&mut coder, &predictor, &weights, mesh.vertex_count(), Some(&levels.control));
+    let mut w = Writer::default();
+    w.u8(LEVELLED);
+    w.u32(mesh.vertex_count() as u32);
+    w.u32(mesh.face_count() as u32);
+    w.f32s([levels.spacing]);
+    weights.as_flattened().iter().for_each(|&x| w.u8(x as u8));
+    let mut stream = coder.finish();
+    while !is_plausible(mesh.face_count(), stream.len()) {
+        stream.push(0);
     }
+    w.0.extend(stream);
+    Levelled { base: w.0, mesh, levels, order: order.vertices }
+}
 
-    /// The nearest integers, halves upwards.
-    fn rounded(&self) -> Option<[i32; 3]> {
-        let mean = |sum: i64| (2 * sum + self.count).div_euclid(2 * self.count) as i32;
-        (self.count > 0).then(|| self.sum.map(mean))
+fn read_levelled(mut r: Reader<'_>) -> Result<StoredPositions, ModelError> {
+    let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
+    let spacing = r.f32()?;
+    if !(spacing.is_finite() && spacing > 0.0) {
+        return Err(r.defect(FileDefect::Value("its spacing is not a positive number".into())));
     }
+    let mut weights = PARALLELOGRAM;
+    for weight in weights.as_flattened_mut() {
+        *weight = r.u8()? as i8;
+    }
+    let stream = r.rest();
+    if !is_plausible(faces, stream.len()) {
+        return Err(r.defect(connectivity::too_many_faces()));
+    }
+    let mut coder = Decoder::new(stream);
+    let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
+    if found != vertices {
+        let text = format!("it has {found} vertices, not {vertices}");
+        return Err(r.defect(FileDefect::Mismatch(text.into())));
+    }
+    if faces.len() > MAX_FACES {
+        return Err(r.defect(LevelsError::Faces));
+    }
+    let mesh = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
+    let control = code_positions(&mut coder, &Predictor::new(&mesh), &weights, vertices, None);
+    if coder.is_exhausted() || !coder.has_only_zeros() {
+        return Err(r.defect(FileDefect::Mismatch("its positions do not fit its faces".into())));
+    }
+    Ok(StoredPositions { mesh, control: Some((spacing, control)) })
 }

@@ -39,6 +39,11 @@ impl<'a> Reader<'a> {
         Ok(head)
     }
 
+    /// All bytes that are left.
+    pub(super) fn rest(&mut self) -> &'a [u8] {
+        std::mem::take(&mut self.rest)
+    }
+
     pub(super) fn u8(&mut self) -> Result<u8, ModelError> {
         self.array().map(u8::from_le_bytes)
     }

@@ -16,9 +16,9 @@ pub(super) fn is_model(beginning: &[u8]) -> bool {
 }
 
 /// The file of these sections, each a tag of four bytes and a payload.
-pub(super) fn join(sections: &[(&str, Vec<u8>)]) -> Vec<u8> {
+pub(super) fn join(version: u32, sections: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut file = Writer(MAGIC.to_vec());
-    file.u32(VERSION);
+    file.u32(version);
     file.u32(sections.len() as u32);
     for (tag, payload) in sections {
         file.0.extend(tag.as_bytes());

@@ -4,11 +4,14 @@ use ndf_mesh::io::FileDefect;
 use safetensors::tensor::SafeTensorError;
 
 use crate::intrinsic_network::{NetworkError, ShapeError};
+use crate::levels::LevelsError;
 use crate::scalars::ScalarsError;
 use crate::similarity::SimilarityError;
 
-/// The version written. All before it are read.
-pub(super) const VERSION: u32 = 2;
+/// The version of files with levels. All up to it are read.
+pub(super) const VERSION: u32 = 3;
+/// The version of files without levels, which programs before version 3 read.
+pub(super) const WITHOUT_LEVELS: u32 = 2;
 
 /// Why bytes are not a model.
 #[derive(Debug, thiserror::Error)]
@@ -57,6 +60,9 @@ pub enum PartDefect {
     /// Features or parameters of a network.
     #[error(transparent)]
     Network(#[from] NetworkError),
+    /// Levels of displacements.
+    #[error(transparent)]
+    Levels(#[from] LevelsError),
     /// Scalar fields.
     #[error(transparent)]
     Scalars(#[from] ScalarsError),
@@ -72,7 +78,14 @@ impl PartDefect {
             Self::Scalars(ScalarsError::Network(error)) => Self::Network(error.clone()).code(),
             Self::Scalars(ScalarsError::TooMany(_)) => "too_large",
             Self::Scalars(_) => "invalid_value",
-            Self::Network(NetworkError::Count { .. }) => "mismatch",
+            Self::Network(NetworkError::Count { .. } | NetworkError::NoNetwork) => "mismatch",
+            Self::Levels(
+                LevelsError::Count(_) | LevelsError::Large(_) | LevelsError::Faces | LevelsError::Position,
+            ) => "too_large",
+            Self::Levels(LevelsError::Entangled) => "unsupported",
+            Self::Levels(LevelsError::Step(_) | LevelsError::Spacing) => "invalid_value",
+            Self::Levels(LevelsError::Displacements { .. } | LevelsError::Control { .. }) => "mismatch",
+            Self::Levels(LevelsError::NotFinite) => "not_finite",
             Self::Network(NetworkError::NotFinite(_) | NetworkError::BaseVertex(_)) => "not_finite",
         }
     }

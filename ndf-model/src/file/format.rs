@@ -6,10 +6,12 @@
 use std::fs;
 use std::path::Path;
 
+use super::base::StoredPositions;
 use super::bytes::{Reader, Writer};
-use super::error::ModelError;
-use super::{base, container, network, scalars};
+use super::error::{ModelError, VERSION, WITHOUT_LEVELS};
+use super::{base, container, levels, network, scalars};
 use crate::displacement_field::{DisplacementField, FieldShape};
+use crate::levels::Levels;
 use crate::model::Model;
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
@@ -23,6 +25,8 @@ pub struct SectionSizes {
     pub features: usize,
     /// Network.
     pub network: usize,
+    /// Levels.
+    pub levels: usize,
     /// Scalar fields.
     pub scalars: usize,
     /// The whole file.
@@ -37,7 +41,8 @@ impl Model {
 
     /// The bytes of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        container::join(&self.sections())
+        let version = if self.field.levels().is_some() { VERSION } else { WITHOUT_LEVELS };
+        container::join(version, &self.sections())
     }
 
     /// The model in these bytes.
@@ -51,19 +56,28 @@ impl Model {
             found.map(|(_, payload)| Reader::new(tag, payload)).ok_or(ModelError::Missing(tag))
         };
         let similarity = read_similarity(section("SIML")?)?;
-        let base = base::read(section("BASE")?, version)?;
+        let StoredPositions { mesh: base, control } = base::read(section("BASE")?, version)?;
         let vertices = base.vertex_count();
-        let mut r = section("FEAT")?;
-        let dimension = network::read_dimension(&mut r)?;
-        let features = network::read_features(&mut r, dimension, vertices, version)?;
-        r.end()?;
-        let mut r = section("NETW")?;
-        let (network, residual) = network::read_shape(&mut r, dimension)?;
-        let shape = FieldShape { network, residual: residual != 0 };
-        let parameters = network::read_parameters(&mut r, &shape.mlp(), version)?;
-        r.end()?;
-        let field = DisplacementField::new(base, shape, features, parameters)
-            .map_err(|e| ModelError::Section { section: "NETW", defect: e.into() })?;
+        let field = match control {
+            None => {
+                let mut r = section("FEAT")?;
+                let dimension = network::read_dimension(&mut r)?;
+                let features = network::read_features(&mut r, dimension, vertices, version)?;
+                r.end()?;
+                let mut r = section("NETW")?;
+                let (network, residual) = network::read_shape(&mut r, dimension)?;
+                let shape = FieldShape { network, residual: residual != 0 };
+                let parameters = network::read_parameters(&mut r, &shape.mlp(), version)?;
+                r.end()?;
+                DisplacementField::new(base, shape, features, parameters)
+                    .map_err(|e| ModelError::Section { section: "NETW", defect: e.into() })?
+            }
+            Some((spacing, control)) => {
+                let levels = levels::read(section(levels::TAG)?, &base)?;
+                DisplacementField::levelled(&base, Levels { spacing, control, levels })
+                    .map_err(|e| ModelError::Section { section: levels::TAG, defect: e.into() })?
+            }
+        };
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
@@ -90,6 +104,7 @@ impl Model {
                 "BASE" => sizes.base = payload.len(),
                 "FEAT" => sizes.features = payload.len(),
                 "NETW" => sizes.network = payload.len(),
+                levels::TAG => sizes.levels = payload.len(),
                 scalars::TAG => sizes.scalars += payload.len(),
                 _ => {}
             }
@@ -98,21 +113,32 @@ impl Model {
     }
 
     pub(super) fn sections(&self) -> Vec<(&'static str, Vec<u8>)> {
-        let (base, order) = base::write(self.field.base());
-        let network = self.field.network().reordered(&order);
-        let mut features = Writer::default();
-        network::write_dimension(&mut features, &network);
-        network::write_features(&mut features, &network);
-        let mut perceptron = Writer::default();
-        network::write_shape(&mut perceptron, &network, u8::from(self.field.shape().residual));
-        network::write_parameters(&mut perceptron, &network);
-        let mut sections = vec![
-            ("SIML", self.similarity_bytes()),
-            ("BASE", base),
-            ("FEAT", features.0),
-            ("NETW", perceptron.0),
-            ("PROV", self.provenance.as_bytes().to_vec()),
-        ];
+        let mut sections = vec![("SIML", self.similarity_bytes())];
+        let order = match self.field.levels() {
+            None => {
+                let (base, order) = base::write(self.field.base());
+                sections.push(("BASE", base));
+                order
+            }
+            Some(stored) => {
+                let base::Levelled { base, mesh, levels, order } =
+                    base::write_levelled(self.field.base(), stored);
+                sections.push(("BASE", base));
+                sections.push((levels::TAG, levels::write(&mesh, &levels.levels)));
+                order
+            }
+        };
+        if let Some((network, shape)) = self.field.network().zip(self.field.shape()) {
+            let network = network.reordered(&order);
+            let mut features = Writer::default();
+            network::write_dimension(&mut features, &network);
+            network::write_features(&mut features, &network);
+            let mut perceptron = Writer::default();
+            network::write_shape(&mut perceptron, &network, u8::from(shape.residual));
+            network::write_parameters(&mut perceptron, &network);
+            sections.extend([("FEAT", features.0), ("NETW", perceptron.0)]);
+        }
+        sections.push(("PROV", self.provenance.as_bytes().to_vec()));
         let scalars = self.scalars.iter().map(|fields| scalars::write(&fields.reordered(&order)));
         sections.extend(scalars.map(|payload| (scalars::TAG, payload)));
         sections

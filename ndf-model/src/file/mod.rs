@@ -7,6 +7,7 @@ mod container;
 mod error;
 mod format;
 mod grid;
+mod levels;
 mod network;
 mod numbers;
 mod precision;
@@ -16,6 +17,7 @@ mod tensors;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use base::is_codable;
 pub use connectivity::BaseOrder;
 pub use error::{ModelError, PartDefect, TensorsError};
 pub use format::SectionSizes;

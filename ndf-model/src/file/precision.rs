@@ -1,6 +1,8 @@
 //! How finely the numbers of a model are kept. What is on a coarse grid takes few bytes in a file, which loses nothing of
 //! it: to make a model smaller is to move its numbers to coarser grids, at best while it still learns.
 
+use std::convert::Infallible;
+
 use ndf_core::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -168,10 +170,13 @@ impl IntrinsicNetwork {
 }
 
 impl DisplacementField {
-    /// The field with features and network of this precision; the base mesh, on which they live, stays.
+    /// The field with features and network of this precision; the base mesh, on which they live, stays, and so do levels,
+    /// which are integers.
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        self.with_network(self.network().rounded(precision))
+        let rounded = self.map_network(|network| Ok::<_, Infallible>(network.rounded(precision)));
+        let Ok(rounded) = rounded;
+        rounded.unwrap_or_else(|| self.clone())
     }
 }
 

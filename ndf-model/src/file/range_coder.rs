@@ -152,6 +152,11 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
+    /// Whether the bytes that were not read are zeros.
+    pub(super) fn has_only_zeros(&self) -> bool {
+        self.bytes.iter().all(|&byte| byte == 0)
+    }
+
     /// Whether all bytes were read: the encoder writes none that the decoder does not need.
     pub(super) fn is_spent(&self) -> bool {
         self.bytes.is_empty()

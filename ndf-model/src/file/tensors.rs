@@ -3,13 +3,15 @@
 //! | tensor | shape | what |
 //! |---|---|---|
 //! | `similarity` | F64 \[4\] | scale, then the centre: box = scale · (world − centre) |
-//! | `base.positions` | F32 \[V, 3\] | base vertices, in the box |
+//! | `base.positions` | F32 \[V, 3\] | base vertices, in the box; with levels, what `levels.control` says counts |
 //! | `base.faces` | U32 \[F, 3\] | |
-//! | `features` | F32 \[V, d\] | |
+//! | `features` | F32 \[V, d\] | of a field with a network |
 //! | `network.0.weight`, `network.0.bias`, … | F32 \[outputs, inputs\], \[outputs\] | layers from input to output |
+//! | `levels.control`, `levels.spacing` | I32 \[V, 3\], F32 \[1\] | of a field with levels: control vertices, and what an integer counts |
+//! | `levels.1.displacements`, `levels.1.step`, … | I32 \[edges below\], F32 \[1\] | levels from the coarsest on |
 //! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
 //!
-//! The metadata `ndf` is a JSON object: `shape` of the field, `scalars` (`shape` and `channels` of every set) and
+//! The metadata `ndf` is a JSON object: `shape` of the field's network or the number of its `levels`, `scalars` (`shape` and `channels` of every set) and
 //! `provenance`.
 
 use std::borrow::Cow;
@@ -21,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{PartDefect, TensorsError};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
+use crate::levels::{Level, Levels, MAX_LEVELS};
 use crate::model::Model;
 use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
@@ -33,7 +36,10 @@ const KEY: &str = "ndf";
 
 #[derive(Serialize, Deserialize)]
 struct Metadata {
-    shape: FieldShape,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    shape: Option<FieldShape>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    levels: Option<usize>,
     #[serde(default)]
     scalars: Vec<Fields>,
     #[serde(default)]
@@ -96,12 +102,18 @@ impl Model {
             ("base.positions".to_owned(), floats(vec![vertices, 3], &positions)),
             ("base.faces".to_owned(), faces),
         ];
-        push_network(&mut arrays, "", vertices, self.field.network());
+        if let Some(network) = self.field.network() {
+            push_network(&mut arrays, "", vertices, network);
+        }
+        if let Some(levels) = self.field.levels() {
+            push_levels(&mut arrays, levels);
+        }
         for (s, fields) in self.scalars.iter().enumerate() {
             push_network(&mut arrays, &format!("scalars.{s}."), vertices, fields.network());
         }
         let metadata = Metadata {
             shape: self.field.shape(),
+            levels: self.field.levels().map(|levels| levels.levels.len()),
             scalars: self
                 .scalars
                 .iter()
@@ -139,9 +151,18 @@ impl Model {
         let mesh = TriangleMesh::new(positions, faces.as_chunks().0.to_vec());
         let mesh = mesh.map_err(|e| parts(FileDefect::from(e)))?;
         let base = ManifoldMesh::try_from(mesh).map_err(|e| parts(FileDefect::from(e)))?;
-        let shape = metadata.shape;
-        let [features, parameters] = read_network(&tensors, "", vertices, &shape.network, || shape.mlp())?;
-        let field = DisplacementField::new(base, shape, features, parameters).map_err(parts)?;
+        let field = match (metadata.shape, metadata.levels) {
+            (Some(shape), None) => {
+                let mlp = || shape.mlp();
+                let [features, parameters] = read_network(&tensors, "", vertices, &shape.network, mlp)?;
+                DisplacementField::new(base, shape, features, parameters).map_err(parts)?
+            }
+            (None, Some(count)) => {
+                let levels = read_levels(&tensors, vertices, count)?;
+                DisplacementField::levelled(&base, levels).map_err(parts)?
+            }
+            _ => return Err(TensorsError::NotAModel),
+        };
         let similarity = read(&tensors, "similarity", Dtype::F64, &[Some(4)])?;
         let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
         let similarity =
@@ -177,6 +198,42 @@ fn push_network(
         arrays.push((format!("{prefix}network.{l}.weight"), floats(vec![outputs, inputs], weights)));
         arrays.push((format!("{prefix}network.{l}.bias"), floats(vec![outputs], biases)));
     }
+}
+
+fn push_levels(arrays: &mut Vec<(String, Array)>, levels: &Levels) {
+    let integers = |shape: Vec<usize>, values: &[i32]| Array {
+        dtype: Dtype::I32,
+        shape,
+        bytes: values.iter().flat_map(|q| q.to_le_bytes()).collect(),
+    };
+    let control = levels.control.as_flattened();
+    arrays.push(("levels.control".to_owned(), integers(vec![levels.control.len(), 3], control)));
+    arrays.push(("levels.spacing".to_owned(), floats(vec![1], &[levels.spacing])));
+    for (l, Level { step, displacements }) in (1..).zip(&levels.levels) {
+        let shape = vec![displacements.len()];
+        arrays.push((format!("levels.{l}.displacements"), integers(shape, displacements)));
+        arrays.push((format!("levels.{l}.step"), floats(vec![1], &[*step])));
+    }
+}
+
+fn read_levels(tensors: &SafeTensors<'_>, vertices: usize, count: usize) -> Result<Levels, TensorsError> {
+    let integers = |name: &str, shape: &[Option<usize>]| -> Result<Vec<i32>, TensorsError> {
+        let bytes = read(tensors, name, Dtype::I32, shape)?;
+        Ok(bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect())
+    };
+    let number = |name: &str| Ok::<_, TensorsError>(read_floats(tensors, name, &[Some(1)])?[0]);
+    let control = integers("levels.control", &[Some(vertices), Some(3)])?;
+    let levels = (1..=count.min(MAX_LEVELS + 1)).map(|l| {
+        Ok(Level {
+            step: number(&format!("levels.{l}.step"))?,
+            displacements: integers(&format!("levels.{l}.displacements"), &[None])?,
+        })
+    });
+    Ok(Levels {
+        spacing: number("levels.spacing")?,
+        control: control.as_chunks().0.to_vec(),
+        levels: levels.collect::<Result<_, TensorsError>>()?,
+    })
 }
 
 /// Features and parameters.

@@ -22,7 +22,7 @@ fn model_on(base: TriangleMesh) -> Model {
     let field = DisplacementField::untrained(base, shape, 5).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut random = |n: usize| (0..n).map(|_| rng.random_range(-2.0..2.0)).collect::<Vec<f32>>();
-    let network = field.network();
+    let network = field.network().unwrap();
     let (features, parameters) = (network.features().len(), network.mlp().parameters().len());
     let field = field.with_parameters(random(features), random(parameters)).unwrap();
     let vertices = field.base().vertex_count();
@@ -93,7 +93,7 @@ fn a_base_mesh_made_ready_keeps_its_order_and_its_bits() {
             let again = Model::from_bytes(&model.to_bytes()).unwrap();
             assert_eq!(again.field.base().positions(), base.positions());
             assert_eq!(again.field.base().faces(), base.faces());
-            assert_eq!(again.field.network().features(), model.field.network().features());
+            assert_eq!(again.field.network().unwrap().features(), model.field.network().unwrap().features());
             let size = again.section_sizes().base;
             let positions = 12 * base.vertex_count();
             assert!(precision.is_none() || size < positions / 2, "{size} of {positions}");
@@ -127,14 +127,16 @@ fn rounding_is_as_fine_as_it_says_and_rounds_once() {
     let mut last = f32::INFINITY;
     for bits in [4, 8, 12] {
         let rounded = model.rounded(Precision::from_bits(bits));
-        let pairs = model.field.network().features().iter().zip(rounded.field.network().features());
+        let pairs =
+            model.field.network().unwrap().features().iter().zip(rounded.field.network().unwrap().features());
         let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst <= 2.0 / (1_u32 << (bits - 1)) as f32 && worst < last / 4.0, "{bits} bits: {worst}");
         last = worst;
-        let (size, count) = (rounded.section_sizes().features, model.field.network().features().len());
+        let (size, count) =
+            (rounded.section_sizes().features, model.field.network().unwrap().features().len());
         assert!(8 * size < (bits as usize + 2) * count, "{bits} bits: {size} bytes for {count}");
         let twice = rounded.rounded(Precision::from_bits(bits));
-        assert_eq!(twice.field.network().features(), rounded.field.network().features());
+        assert_eq!(twice.field.network().unwrap().features(), rounded.field.network().unwrap().features());
         let coded = Model::from_bytes(&rounded.to_bytes()).unwrap();
         assert_eq!(images(&coded), images(&rounded));
     }
@@ -173,9 +175,42 @@ fn hostile_payloads_give_errors_or_models_but_no_panic() {
             if rng.random_bool(0.2) {
                 payload.truncate(rng.random_range(0..payload.len()));
             }
-            let _ = Model::from_bytes(&container::join(&sections));
+            let _ = Model::from_bytes(&container::join(2, &sections));
         }
     }
+}
+
+/// The same of a model of levels.
+#[test]
+fn hostile_levels_give_errors_or_models_but_no_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
+    let good = crate::levels::tests::model(&base, crate::levels::tests::levels(&base, 2, 3));
+    let bytes = good.to_bytes();
+    for length in 0..bytes.len() {
+        assert!(Model::from_bytes(&bytes[..length]).is_err());
+    }
+    let sections = good.sections();
+    let mut read = 0;
+    for round in 0..3000 {
+        let mut sections = sections.clone();
+        let payload = &mut sections[1 + round % 2].1;
+        for _ in 0..rng.random_range(1..4) {
+            let reach = if rng.random_bool(0.5) { 24 } else { payload.len() };
+            let at = rng.random_range(0..payload.len().min(reach));
+            payload[at] = rng.random();
+        }
+        if rng.random_bool(0.2) {
+            payload.truncate(rng.random_range(0..payload.len()));
+        }
+        if let Ok(model) = Model::from_bytes(&container::join(3, &sections)) {
+            assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap().to_bytes(), model.to_bytes());
+            read += 1;
+        }
+    }
+    assert!(read > 50, "{read}");
+    // Levels need version 3.
+    assert!(Model::from_bytes(&container::join(2, &sections)).is_err());
 }
 
 #[test]
@@ -187,9 +222,9 @@ fn unknown_sections_are_skipped_and_later_versions_named() {
     assert!(matches!(Model::from_bytes(b"solid cube"), Err(ModelError::Magic)));
     let mut sections = model.sections();
     sections.insert(2, ("NEWS", b"something new".to_vec()));
-    assert!(Model::from_bytes(&container::join(&sections)).is_ok());
+    assert!(Model::from_bytes(&container::join(2, &sections)).is_ok());
     sections.retain(|(tag, _)| *tag != "FEAT");
-    assert!(matches!(Model::from_bytes(&container::join(&sections)), Err(ModelError::Missing("FEAT"))));
+    assert!(matches!(Model::from_bytes(&container::join(2, &sections)), Err(ModelError::Missing("FEAT"))));
 }
 
 #[test]
@@ -216,14 +251,14 @@ fn version_1_is_read() {
     sections[1].1 = w.0;
     let mut w = Writer::default();
     w.u32(2);
-    w.f32s(model.field.network().features().iter().copied());
+    w.f32s(model.field.network().unwrap().features().iter().copied());
     sections[2].1 = w.0;
     let mut w = Writer::default();
     [2, 1, 1, 1].into_iter().for_each(|byte| w.u8(byte));
     w.u32(3);
-    w.f32s(model.field.network().mlp().parameters().iter().copied());
+    w.f32s(model.field.network().unwrap().mlp().parameters().iter().copied());
     sections[3].1 = w.0;
-    let mut bytes = container::join(&sections);
+    let mut bytes = container::join(2, &sections);
     bytes[8] = 1;
     let table = 16 + 16 * sections.len();
     let sum = crc32fast::hash(&bytes[..table]);
@@ -231,7 +266,7 @@ fn version_1_is_read() {
     let read = Model::from_bytes(&bytes).unwrap();
     assert_eq!(read.field.base().positions(), base.positions());
     assert_eq!(read.field.base().faces(), base.faces());
-    assert_eq!(read.field.network().features(), model.field.network().features());
-    assert_eq!(read.field.network().mlp(), model.field.network().mlp());
+    assert_eq!(read.field.network().unwrap().features(), model.field.network().unwrap().features());
+    assert_eq!(read.field.network().unwrap().mlp(), model.field.network().unwrap().mlp());
     assert_eq!(read.field.shape(), model.field.shape());
 }

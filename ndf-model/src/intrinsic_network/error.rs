@@ -36,6 +36,9 @@ pub enum NetworkError {
     /// A feature or parameter is NaN or infinite.
     #[error("{0}: a value is not finite")]
     NotFinite(&'static str),
+    /// The field is one of levels.
+    #[error("the field has no network")]
+    NoNetwork,
     /// A base vertex cannot be rounded to `f32`.
     #[error("base vertex {0} is outside the range of single precision")]
     BaseVertex(usize),

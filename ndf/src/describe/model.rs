@@ -20,6 +20,8 @@ pub struct ModelDescription {
     pub euler_characteristic: i64,
     /// Edges of the base mesh with one face.
     pub boundary_edges: usize,
+    /// Levels of displacements above the base mesh, where the field has no network.
+    pub levels: Option<usize>,
     /// Features of every base vertex.
     pub features: usize,
     /// Weights and biases of the network.
@@ -49,6 +51,8 @@ pub struct ModelBytes {
     pub features: usize,
     /// Network.
     pub network: usize,
+    /// Levels.
+    pub levels: usize,
     /// Scalar fields.
     pub scalars: usize,
     /// The whole file.
@@ -69,8 +73,9 @@ impl ModelDescription {
             components: base.components,
             euler_characteristic: base.euler_characteristic,
             boundary_edges: base.boundary_edges,
-            features: field.network().shape().features,
-            network_parameters: field.network().mlp().parameters().len(),
+            levels: field.levels().map(|levels| levels.levels.len()),
+            features: field.network().map_or(0, |network| network.shape().features),
+            network_parameters: field.network().map_or(0, |network| network.mlp().parameters().len()),
             scalars: names.collect(),
             center: model.similarity.center().to_array(),
             scale: model.similarity.scale(),
@@ -78,6 +83,7 @@ impl ModelDescription {
                 base: sizes.base,
                 features: sizes.features,
                 network: sizes.network,
+                levels: sizes.levels,
                 scalars: sizes.scalars,
                 total: sizes.total,
             },

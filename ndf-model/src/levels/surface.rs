@@ -1,0 +1,111 @@
+//! A subdivision surface at any point.
+
+use ndf_core::DVec3;
+use ndf_mesh::FacePoint;
+use ndf_mesh::subdivision::Refinement;
+use rayon::prelude::*;
+
+use crate::displacement_field::Mapped;
+
+/// The limit of a subdivided mesh, as curved triangles through limit points of its finest level: the cubic ones of Vlachos
+/// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the surface is
+/// continuous; it differs from the limit by an error of third order in the length of the finest edges.
+#[derive(Clone, Debug)]
+pub struct LevelSurface {
+    /// How often base faces are split.
+    depth: u32,
+    /// Faces of the finest level; those of base face f are f · 4^depth and on.
+    faces: Vec<[u32; 3]>,
+    points: Vec<DVec3>,
+    normals: Vec<DVec3>,
+}
+
+impl LevelSurface {
+    /// The surface through these limit points of the finest level, `depth` levels above the base mesh.
+    pub(super) fn new(depth: u32, finest: &Refinement, points: Vec<DVec3>) -> Self {
+        let normals = finest.normals(&points);
+        Self { depth, faces: finest.faces().to_vec(), points, normals }
+    }
+
+    /// Corners of the faces of the finest level; those of base face f are f · 4^[depth](Self::depth) and on.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// Points of the surface: the vertices of the finest level.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// How often base faces are split on the finest level.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// The surface at points of the base mesh. About 200 floating-point operations each.
+    ///
+    /// # Panics
+    /// If a face does not exist in the base mesh.
+    pub fn map(&self, points: &[FacePoint]) -> Vec<DVec3> {
+        points.par_iter().with_min_len(256).map(|point| self.at(point).point).collect()
+    }
+
+    /// The surface and its tangents.
+    ///
+    /// # Panics
+    /// If a face does not exist in the base mesh.
+    pub fn map_with_tangents(&self, points: &[FacePoint]) -> Vec<Mapped> {
+        points.par_iter().with_min_len(256).map(|point| self.at(point)).collect()
+    }
+
+    /// The surface and its tangents at one point of the base mesh.
+    ///
+    /// # Panics
+    /// If the face does not exist in the base mesh.
+    pub fn at(&self, point: &FacePoint) -> Mapped {
+        // The corners of the base face as rows of barycentric coordinates in the face of the finest level: where the point is,
+        // and how it moves when the base coordinates do.
+        let (mut face, mut b) = (point.face.index(), point.barycentric);
+        let mut edges = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
+        for _ in 0..self.depth {
+            let child = (0..3).find(|&c| b[c] >= 0.5).unwrap_or(3);
+            face = 4 * face + child;
+            if child < 3 {
+                b = b.map(|x| 2.0 * x);
+                b[child] -= 1.0;
+                edges = edges.map(|edge| edge.map(|x| 2.0 * x));
+            } else {
+                // Its corners are on the sides across the corners 2, 0, 1.
+                b = [1.0 - 2.0 * b[2], 1.0 - 2.0 * b[0], 1.0 - 2.0 * b[1]];
+                edges = edges.map(|[x, y, z]| [-2.0 * z, -2.0 * x, -2.0 * y]);
+            }
+        }
+        let slopes = self.slopes(face, b);
+        let along = |w: [f64; 3]| w[0] * slopes[0] + w[1] * slopes[1] + w[2] * slopes[2];
+        // Euler: a homogeneous cubic form is a third of what its slopes give at the point itself.
+        Mapped { point: along(b) / 3.0, tangents: edges.map(along) }
+    }
+
+    /// Partial derivatives of the cubic form of a face of the finest level.
+    fn slopes(&self, face: usize, [u, v, w]: [f64; 3]) -> [DVec3; 3] {
+        let corners = self.faces[face];
+        let p = corners.map(|v| self.points[v as usize]);
+        let n = corners.map(|v| self.normals[v as usize]);
+        // Three times the control point next to corner i on the edge to corner j.
+        let edge = |i: usize, j: usize| 2.0 * p[i] + p[j] - (p[j] - p[i]).dot(n[i]) * n[i];
+        let (b210, b120) = (edge(0, 1), edge(1, 0));
+        let (b021, b012) = (edge(1, 2), edge(2, 1));
+        let (b102, b201) = (edge(2, 0), edge(0, 2));
+        let [b300, b030, b003] = p.map(|p| 3.0 * p);
+        // E + (E − V) / 2 with the means E of the six and V of the corners.
+        let b111 = 0.25 * (b210 + b120 + b021 + b012 + b102 + b201) - 0.5 * (p[0] + p[1] + p[2]);
+        let form = |a: [DVec3; 6]| {
+            u * u * a[0] + v * v * a[1] + w * w * a[2] + 2.0 * (u * v * a[3] + v * w * a[4] + w * u * a[5])
+        };
+        [
+            form([b300, b120, b102, b210, b111, b201]),
+            form([b210, b030, b012, b120, b021, b111]),
+            form([b201, b021, b003, b111, b012, b102]),
+        ]
+    }
+}

@@ -1,0 +1,413 @@
+//! Rate–distortion coordinate descent: one integer after the other takes the value of least `D + λ · bits`.
+//!
+//! D is the area-weighted mean of the squared distances of the points of the finest level from the surface, linearised around the
+//! feet of their projections: moving point i by x changes its distance by `n_i · x`. Lengths here are in ten-thousandths of the
+//! surface's diagonal.
+
+use ndf_core::glam::{DMat3, Mat3, Vec3};
+use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
+use ndf_mesh::ManifoldMesh;
+use ndf_model::Similarity;
+use ndf_model::levels::{Hierarchy, Level, Levels, Predictor};
+
+use super::influence::Influence;
+use super::rate::Prices;
+
+/// Distances beyond this multiple of their root mean square weigh less (Huber 1964).
+const HUBER: f64 = 4.0;
+/// Points closer to the surface than this are moved along its normal, others towards their foot.
+const CLOSE: f64 = 0.05;
+/// A point whose normal and that of its foot enclose an angle of a smaller cosine is on the wrong side.
+const OPPOSED: f64 = -0.2;
+/// Share of the squared influence that is added to curvatures: the linearisation holds nearby alone.
+const PROXIMITY: f64 = 0.05;
+/// The same for control vertices, which could also slide along the surface.
+const RIDGE: f64 = 0.1;
+/// The farthest that a displacement and a control vertex move in a sweep, unless the surface is farther away.
+const MAX_MOVE: f64 = 15.0;
+const MAX_CONTROL_MOVE: f64 = 8.0;
+/// What a bit of control positions counts, as the estimate of their rate is low.
+const CONTROL_RATE: f64 = 1.3;
+
+/// One level.
+pub(super) struct DescentLevel {
+    pub(super) step: f64,
+    pub(super) integers: Vec<i32>,
+    /// Displacements: integers times step, at the start anything.
+    values: Vec<f64>,
+    normals: Vec<DVec3>,
+    influence: Influence,
+}
+
+/// Control vertices on a grid.
+struct Gridded {
+    integers: Vec<[i32; 3]>,
+    /// The prediction of every vertex, and the vertices that each helps to predict, with their weights.
+    rows: Vec<Vec<(u32, f64)>>,
+    dependents: Vec<Vec<(u32, f64)>>,
+}
+
+/// A point of the finest level.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Direction in which its distance grows.
+    direction: Vec3,
+    /// Signed distance along it.
+    distance: f32,
+    /// Share of the area, and what of it counts.
+    area: f32,
+    weight: f32,
+}
+
+/// The state of a descent.
+pub(super) struct Descent<'a> {
+    pub(super) surface: &'a dyn Surface,
+    similarity: Similarity,
+    /// Length of a unit in the box.
+    unit: f64,
+    /// Mean length of the edges of the base mesh, in units.
+    pub(super) mean_edge: f64,
+    pub(super) hierarchy: Hierarchy,
+    control: Vec<DVec3>,
+    control_influence: Influence,
+    predictor: Predictor,
+    gridded: Option<Gridded>,
+    spacing: f64,
+    pub(super) levels: Vec<DescentLevel>,
+    prices: Vec<Prices>,
+    points: Vec<DVec3>,
+    rows: Vec<Row>,
+    hints: Vec<Hint>,
+    /// Mean and root mean square of the distances, area-weighted, and the share of the area that has no foot.
+    pub(super) mean: f64,
+    pub(super) rms: f64,
+    pub(super) missed: f64,
+}
+
+impl<'a> Descent<'a> {
+    /// A descent from a base mesh in the box towards a surface, with `levels` levels.
+    pub(super) fn new(
+        surface: &'a dyn Surface,
+        similarity: Similarity,
+        base: &ManifoldMesh,
+        levels: usize,
+    ) -> Self {
+        let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
+        let hierarchy = Hierarchy::new(base, levels + 1);
+        let mut influences = Influence::of(&hierarchy, levels).into_iter();
+        let control_influence = influences.next().expect("level 0 is always there");
+        let base_positions: Vec<DVec3> = base.positions().iter().map(|&p| p / unit).collect();
+        let levels = influences.map(|influence| DescentLevel {
+            step: 1.0,
+            integers: vec![0; influence.len()],
+            values: vec![0.0; influence.len()],
+            normals: vec![DVec3::Z; influence.len()],
+            influence,
+        });
+        let levels = levels.collect();
+        let edges = hierarchy.level(0).edges();
+        let length = |[a, b]: [u32; 2]| base_positions[a as usize].distance(base_positions[b as usize]);
+        let mean_edge = edges.iter().map(|side| length(side.ends)).sum::<f64>() / edges.len() as f64;
+        let mut control = base_positions.clone();
+        // The limit surface is to go through the base vertices.
+        for _ in 0..6 {
+            let limit = hierarchy.level(0).limit(&control);
+            for ((c, p), l) in control.iter_mut().zip(&base_positions).zip(limit) {
+                *c += 0.9 * (*p - l);
+            }
+        }
+        let count = hierarchy.level(hierarchy.levels()).vertex_count();
+        let row = Row { direction: Vec3::Z, distance: 0.0, area: 0.0, weight: 0.0 };
+        let mut descent = Self {
+            surface,
+            similarity,
+            unit,
+            mean_edge,
+            hierarchy,
+            control,
+            control_influence,
+            predictor: Predictor::new(base),
+            gridded: None,
+            spacing: 1.0,
+            levels,
+            prices: Vec::new(),
+            points: Vec::new(),
+            rows: vec![row; count],
+            hints: vec![Hint::NONE; count],
+            mean: 0.0,
+            rms: 0.0,
+            missed: 0.0,
+        };
+        descent.project();
+        descent
+    }
+
+    /// Steps of all levels for this λ: they grow with the number of vertices, so that an integer of every level is worth as much.
+    pub(super) fn set_steps(&mut self, lambda: f64, factor: f64) {
+        for (l, level) in (1..).zip(&mut self.levels) {
+            level.step = factor * (lambda * self.hierarchy.level(l).vertex_count() as f64 / 0.2).sqrt();
+        }
+    }
+
+    /// The surface anew from its numbers, and its distances.
+    pub(super) fn project(&mut self) {
+        let mut control = self.control.clone();
+        for (l, level) in (1..).zip(&mut self.levels) {
+            (control, level.normals) = self.hierarchy.displaced(l, &control, |i| level.values[i]);
+        }
+        let depth = self.hierarchy.levels();
+        let finest = self.hierarchy.level(depth);
+        self.points = finest.limit(&self.hierarchy.level(depth - 1).subdivide(&control));
+        let normals = finest.normals(&self.points);
+        let to_world = |p: DVec3| self.similarity.to_world(p * self.unit);
+        let query = |((&p, &n), &hint): ((&DVec3, &DVec3), &Hint)| Query {
+            point: to_world(p),
+            normal: (n != DVec3::ZERO).then_some(n),
+            hint,
+        };
+        let queries: Vec<Query> = self.points.iter().zip(&normals).zip(&self.hints).map(query).collect();
+        let mut feet: Vec<Answer> = vec![Err(Miss::OutOfReach); queries.len()];
+        project_all(self.surface, &queries, &mut feet);
+        let mut areas = vec![0.0; self.points.len()];
+        for face in finest.faces() {
+            let [a, b, c] = face.map(|v| self.points[v as usize]);
+            let area = (b - a).cross(c - a).length();
+            face.iter().for_each(|&v| areas[v as usize] += area);
+        }
+        let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let [mut mean, mut square, mut missed] = [0.0; 3];
+        for (i, (row, foot)) in self.rows.iter_mut().zip(&feet).enumerate() {
+            let area = areas[i] / total;
+            *row = Row { direction: row.direction, distance: 0.0, area: area as f32, weight: 0.0 };
+            let Ok(foot) = foot else {
+                missed += area;
+                continue;
+            };
+            self.hints[i] = foot.hint;
+            let away = self.points[i] - self.similarity.to_normalised(foot.point) / self.unit;
+            let distance = away.length();
+            let direction = if distance < CLOSE { foot.normal } else { away / distance };
+            (row.direction, row.distance) = (direction.as_vec3(), away.dot(direction) as f32);
+            mean += area * distance;
+            square += area * distance * distance;
+            if normals[i].dot(foot.normal) >= OPPOSED {
+                row.weight = row.area;
+            }
+        }
+        let found = (1.0 - missed).max(1e-9);
+        (self.mean, self.rms, self.missed) = (mean / found, (square / found).sqrt(), missed);
+        let most = (HUBER * self.rms) as f32;
+        for row in &mut self.rows {
+            row.weight *= (most / row.distance.abs().max(1e-9)).min(1.0);
+        }
+    }
+
+    /// The contexts and prices of the present displacements.
+    pub(super) fn price(&mut self) {
+        let integers: Vec<Vec<i32>> = self.levels.iter().map(|level| level.integers.clone()).collect();
+        self.prices = Prices::of(&self.hierarchy, &integers);
+    }
+
+    /// One sweep over the displacements of all levels.
+    pub(super) fn sweep(&mut self, lambda: f64) {
+        let farthest = MAX_MOVE.max(self.rms);
+        for (level, prices) in self.levels.iter_mut().zip(&self.prices) {
+            for j in 0..level.integers.len() {
+                let entries = level.influence.of_vertex(j);
+                let normal = level.normals[j].as_vec3();
+                let [mut slope, mut curvature, mut near] = [0.0_f32; 3];
+                for &(i, t) in entries {
+                    let row = &self.rows[i as usize];
+                    let moved = t * normal.dot(row.direction);
+                    slope += row.weight * moved * row.distance;
+                    curvature += row.weight * moved * moved;
+                    near += row.area * t * t;
+                }
+                let (slope, curvature) =
+                    (f64::from(slope), f64::from(curvature) + PROXIMITY * f64::from(near));
+                if curvature <= 0.0 {
+                    continue;
+                }
+                let best = level.values[j] + (-slope / curvature).clamp(-farthest, farthest);
+                let ratio = best / level.step;
+                let nearest = ratio.round() as i32;
+                let towards_zero = if ratio > 0.0 { -1 } else { 1 };
+                let cost = |q: i32| {
+                    let off = f64::from(q) * level.step - best;
+                    curvature * off * off + lambda * prices.bits(j, q)
+                };
+                let mut chosen = (cost(nearest), nearest);
+                for q in [nearest + towards_zero, nearest + 2 * towards_zero, 0] {
+                    let passed = q * towards_zero > 0;
+                    let cost = cost(q);
+                    if !passed && cost < chosen.0 {
+                        chosen = (cost, q);
+                    }
+                }
+                let value = f64::from(chosen.1) * level.step;
+                let change = value - level.values[j];
+                level.integers[j] = chosen.1;
+                level.values[j] = value;
+                if change != 0.0 {
+                    let moved = change as f32 * normal;
+                    for &(i, t) in entries {
+                        let row = &mut self.rows[i as usize];
+                        row.distance += t * moved.dot(row.direction);
+                    }
+                }
+            }
+        }
+    }
+
+    /// One sweep of the control vertices: anywhere before they are on a grid, to neighbours on it afterwards.
+    pub(super) fn sweep_control(&mut self, lambda: f64) {
+        match self.gridded.take() {
+            None => self.sweep_free(),
+            Some(mut gridded) => {
+                self.sweep_gridded(&mut gridded, lambda);
+                self.gridded = Some(gridded);
+            }
+        }
+    }
+
+    fn sweep_free(&mut self) {
+        for j in 0..self.control.len() {
+            let entries = self.control_influence.of_vertex(j);
+            let (mut matrix, mut slope, mut near) = (Mat3::ZERO, Vec3::ZERO, 0.0_f32);
+            for &(i, t) in entries {
+                let row = &self.rows[i as usize];
+                let n = row.direction;
+                slope += row.weight * row.distance * t * n;
+                let scaled = row.weight * t * t * n;
+                matrix += Mat3::from_cols(scaled * n.x, scaled * n.y, scaled * n.z);
+                near += row.area * t * t;
+            }
+            let (mut matrix, slope) = (matrix.as_dmat3(), slope.as_dvec3());
+            matrix += DMat3::from_diagonal(DVec3::splat(RIDGE * f64::from(near)));
+            let step = -(matrix.inverse() * slope);
+            if !step.is_finite() {
+                continue;
+            }
+            let step = step.clamp_length_max(MAX_CONTROL_MOVE.max(self.rms));
+            self.control[j] += step;
+            let step = step.as_vec3();
+            for &(i, t) in entries {
+                let row = &mut self.rows[i as usize];
+                row.distance += t * step.dot(row.direction);
+            }
+        }
+    }
+
+    /// Puts the control vertices on a grid.
+    pub(super) fn snap_to_grid(&mut self, spacing: f64) {
+        // What the file will say.
+        self.spacing = f64::from((spacing * self.unit) as f32) / self.unit;
+        let integers = self.on_grid(self.spacing);
+        let weights = self.predictor.fitted_weights(&integers);
+        let rows: Vec<_> = (0..integers.len()).map(|v| self.predictor.row(v, &weights)).collect();
+        let mut dependents = vec![Vec::new(); integers.len()];
+        for (v, row) in (0..).zip(&rows) {
+            row.iter().for_each(|&(u, w)| dependents[u as usize].push((v, w)));
+        }
+        self.gridded = Some(Gridded { integers, rows, dependents });
+        self.control_from_grid();
+    }
+
+    fn control_from_grid(&mut self) {
+        let Some(gridded) = &self.gridded else { return };
+        self.control =
+            gridded.integers.iter().map(|q| DVec3::from(q.map(f64::from)) * self.spacing).collect();
+    }
+
+    fn sweep_gridded(&mut self, gridded: &mut Gridded, lambda: f64) {
+        let Gridded { integers, rows: predictions, dependents } = gridded;
+        let spacing = self.spacing;
+        let residual = |integers: &[[i32; 3]], v: usize, c: usize| {
+            let predicted: f64 =
+                predictions[v].iter().map(|&(u, w)| w * f64::from(integers[u as usize][c])).sum();
+            f64::from(integers[v][c]) - predicted
+        };
+        let price = |r: f64| (1.0 + r.abs()).log2();
+        for j in 0..integers.len() {
+            let entries = self.control_influence.of_vertex(j);
+            for c in 0..3 {
+                let [mut slope, mut curvature] = [0.0_f32; 2];
+                for &(i, t) in entries {
+                    let row = &self.rows[i as usize];
+                    let moved = t * row.direction[c];
+                    slope += row.weight * row.distance * moved;
+                    curvature += row.weight * moved * moved;
+                }
+                let (slope, curvature) = (f64::from(slope), f64::from(curvature));
+                let own = residual(integers, j, c);
+                let mut chosen = (0.0, 0);
+                for q in [-1, 1] {
+                    let x = f64::from(q) * spacing;
+                    let distortion = 2.0 * slope * x + curvature * x * x;
+                    let mut bits = price(own + f64::from(q)) - price(own);
+                    for &(v, w) in &dependents[j] {
+                        let before = residual(integers, v as usize, c);
+                        bits += price(before - w * f64::from(q)) - price(before);
+                    }
+                    let cost = distortion + CONTROL_RATE * lambda * bits;
+                    if cost < chosen.0 {
+                        chosen = (cost, q);
+                    }
+                }
+                if chosen.1 != 0 {
+                    integers[j][c] += chosen.1;
+                    let x = f64::from(chosen.1) * spacing;
+                    self.control[j][c] += x;
+                    for &(i, t) in entries {
+                        let row = &mut self.rows[i as usize];
+                        row.distance += t * row.direction[c] * x as f32;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Moves the step of every level half way to the one that is best for its integers.
+    pub(super) fn fit_steps(&mut self) {
+        for level in &mut self.levels {
+            let mut moved = vec![0.0_f32; self.rows.len()];
+            for (j, &q) in level.integers.iter().enumerate().filter(|(_, q)| **q != 0) {
+                let by = q as f32 * level.normals[j].as_vec3();
+                for &(i, t) in level.influence.of_vertex(j) {
+                    moved[i as usize] += t * by.dot(self.rows[i as usize].direction);
+                }
+            }
+            let (slope, curvature) = self.rows.iter().zip(&moved).fold((0.0, 0.0), |(s, c), (row, m)| {
+                (s + f64::from(row.weight * row.distance * m), c + f64::from(row.weight * m * m))
+            });
+            if curvature <= 0.0 {
+                continue;
+            }
+            let most = 0.1 * level.step;
+            let change = 0.5 * (-slope / curvature).clamp(-most, most);
+            // What the file will say.
+            let step = f64::from(((level.step + change) * self.unit) as f32) / self.unit;
+            let change = step - level.step;
+            level.step = step;
+            level.values = level.integers.iter().map(|&q| f64::from(q) * step).collect();
+            self.rows.iter_mut().zip(&moved).for_each(|(row, m)| row.distance += m * change as f32);
+        }
+    }
+
+    /// The numbers as they are now. Control vertices that are free are taken to a grid of this spacing, in units.
+    pub(super) fn numbers(&self, spacing: f64) -> Levels {
+        let (spacing, control) = match &self.gridded {
+            Some(gridded) => (self.spacing, gridded.integers.clone()),
+            None => (spacing, self.on_grid(spacing)),
+        };
+        let levels = self.levels.iter().map(|level| Level {
+            step: (level.step * self.unit) as f32,
+            displacements: level.integers.clone(),
+        });
+        Levels { spacing: (spacing * self.unit) as f32, control, levels: levels.collect() }
+    }
+
+    fn on_grid(&self, spacing: f64) -> Vec<[i32; 3]> {
+        self.control.iter().map(|p| (*p / spacing).round().to_array().map(|x| x as i32)).collect()
+    }
+}

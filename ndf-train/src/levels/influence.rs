@@ -1,0 +1,61 @@
+//! How the points of a level surface move with its numbers: the columns of the subdivision matrices.
+
+use nalgebra_sparse::{CooMatrix, CscMatrix, CsrMatrix};
+use ndf_model::levels::Hierarchy;
+
+/// Of every vertex that is new on a level, the points of the finest level that it moves, and how far.
+#[derive(Clone, Debug)]
+pub(super) struct Influence {
+    starts: Vec<usize>,
+    entries: Vec<(u32, f32)>,
+}
+
+impl Influence {
+    /// The influences of the vertices of levels 0, …, `levels`, on the points of the finest level of the hierarchy in the limit.
+    pub(super) fn of(hierarchy: &Hierarchy, levels: usize) -> Vec<Self> {
+        let finest = hierarchy.level(hierarchy.levels());
+        let mut matrix =
+            assembled(finest.vertex_count(), finest.vertex_count(), |entry| finest.limit_entries(entry));
+        let mut influences = Vec::new();
+        for level in (0..hierarchy.levels()).rev() {
+            let coarse = hierarchy.level(level);
+            let rows = coarse.vertex_count() + coarse.edges().len();
+            let rule = assembled(rows, coarse.vertex_count(), |entry| coarse.subdivision_entries(entry));
+            matrix = &matrix * &rule;
+            if level <= levels {
+                let old = level.checked_sub(1).map_or(0, |below| hierarchy.level(below).vertex_count());
+                influences.push(Self::columns(&CscMatrix::from(&matrix), old));
+            }
+        }
+        influences.reverse();
+        influences
+    }
+
+    fn columns(matrix: &CscMatrix<f64>, first: usize) -> Self {
+        let (offsets, rows, values) = matrix.csc_data();
+        let start = offsets[first];
+        let entries = rows[start..].iter().zip(&values[start..]).map(|(&row, &x)| (row as u32, x as f32));
+        Self { starts: offsets[first..].iter().map(|&o| o - start).collect(), entries: entries.collect() }
+    }
+
+    /// Number of vertices.
+    pub(super) fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// The points that vertex j moves.
+    pub(super) fn of_vertex(&self, j: usize) -> &[(u32, f32)] {
+        &self.entries[self.starts[j]..self.starts[j + 1]]
+    }
+}
+
+/// The matrix with these entries.
+fn assembled(
+    rows: usize,
+    columns: usize,
+    entries: impl FnOnce(&mut dyn FnMut(u32, u32, f64)),
+) -> CsrMatrix<f64> {
+    let mut matrix = CooMatrix::new(rows, columns);
+    entries(&mut |row, column, x| matrix.push(row as usize, column as usize, x));
+    CsrMatrix::from(&matrix)
+}

@@ -1,0 +1,245 @@
+//! Learning the levels of a base mesh from any surface: rate–distortion optimisation of integers.
+//!
+//! The numbers of [`Levels`](ndf_model::levels::Levels) are integers that a file codes in as many bits as they are surprising. The descent looks for
+//! those of least `D + λ · bits`, where D is the mean squared distance from the surface: it alternates between projecting the
+//! points of the finest level and [coordinate descent](descent) on the linearised distance, and lowers λ from a multiple to its
+//! own value, so that coarse levels and control vertices settle before fine ones are paid for (Ortega & Ramchandran
+//! 1998 for the method, Khodakovsky, Schröder & Sweldens 2000 for subdivision levels as a code of surfaces).
+
+mod descent;
+mod influence;
+mod rate;
+#[cfg(test)]
+mod tests;
+
+use std::time::Instant;
+
+use ndf_core::{Cancelled, Progress, Surface};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::sampling::AreaSampler;
+use ndf_model::levels::{LevelsError, check_size};
+use ndf_model::{DisplacementField, Similarity};
+use serde::{Deserialize, Serialize};
+
+use crate::fit::{FitReport, Measured};
+use descent::Descent;
+
+/// What a user may decide about levels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LevelOptions {
+    /// Levels with displacements; by the number of base faces where it is `None`.
+    pub levels: Option<usize>,
+    /// How many bytes there are.
+    pub budget: Budget,
+    /// Iterations before and after control vertices are on their grid.
+    pub iterations: [usize; 2],
+    /// Seed of the samples on which the result is measured: nothing else is random.
+    pub seed: u64,
+}
+
+/// How many bytes base mesh and levels may take.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Budget {
+    /// So many for every face of the base mesh, and no more than bring the distance below a hundred-thousandth of the diagonal.
+    PerFace(f64),
+    /// About so many.
+    Bytes(usize),
+    /// As many as are worth their price: the price of a bit, in squares of a ten-thousandth of the surface's diagonal.
+    Price(f64),
+}
+
+impl Budget {
+    fn validate(self) -> Result<(), LevelFitError> {
+        let is_valid = match self {
+            Self::PerFace(x) | Self::Price(x) => x.is_finite() && x > 0.0,
+            Self::Bytes(bytes) => bytes > 0,
+        };
+        is_valid.then_some(()).ok_or(LevelFitError::Option("the budget of levels must be positive"))
+    }
+}
+
+/// Bytes of a base face that make the best of a size: fewer faces with more displacements, or more with fewer, are worse.
+pub const BYTES_PER_FACE: f64 = 2.2;
+
+impl Default for LevelOptions {
+    fn default() -> Self {
+        Self { levels: None, budget: Budget::PerFace(BYTES_PER_FACE), iterations: [20, 40], seed: 0 }
+    }
+}
+
+/// The smallest budget by faces: what a few faces are said to need.
+const FEW_BYTES: f64 = 600.0;
+
+/// Fewer base faces than this have a level more.
+const FEW_FACES: usize = 2000;
+
+/// By what λ is multiplied at first.
+const ANNEALING: f64 = 14.0;
+
+/// Steps of levels, as a multiple of those that λ suggests.
+const STEP_FACTOR: f64 = 1.4;
+
+/// The share of the area without a foot from which a surface is out of reach.
+const MAX_MISSED: f64 = 0.9;
+
+/// Sweeps between two projections.
+const SWEEPS: usize = 3;
+
+/// Iterations at the end in which λ stays as it is.
+const SETTLED: usize = 10;
+
+/// Iterations at the end that project onto the true surface, where there was a cheaper one before.
+const TRUE_ITERATIONS: usize = 2;
+
+/// The least price of a bit: what is closer than a millionth of the diagonal needs no bits.
+const MIN_PRICE: f64 = 1e-9;
+
+/// Below this root mean square distance, in units, more bytes are not worth having where they are not asked for.
+const CLOSE_ENOUGH: f64 = 0.1;
+
+/// The spacing of control vertices for a price of bits, in units. It is finer than edges are long, in the mean, so that faces keep
+/// their shape, and not so fine that positions exceed what a file holds.
+fn spacing(lambda: f64, mean_edge: f64) -> f64 {
+    (3000.0 * lambda.sqrt()).clamp(mean_edge / 4096.0, mean_edge / 16.0)
+}
+
+/// Why there are no levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LevelFitError {
+    /// The observer asked to stop.
+    #[error("interrupted before the levels were learned; nothing of them is kept")]
+    Cancelled(#[from] Cancelled),
+    /// An option is out of range.
+    #[error("{0}")]
+    Option(&'static str),
+    /// The base mesh is too large for so many levels, or the result is not usable.
+    #[error(transparent)]
+    Levels(#[from] LevelsError),
+    /// The base mesh has no area.
+    #[error("the base mesh has no area")]
+    NoArea,
+    /// Hardly a point of the base mesh finds the surface.
+    #[error("no part of the surface is within reach of the base mesh")]
+    OutOfReach,
+}
+
+/// A field of levels that was learned.
+#[derive(Clone, Debug)]
+pub struct LevelFit {
+    /// The field, in the box.
+    pub field: DisplacementField,
+    /// How good it is. Its epochs are iterations.
+    pub report: FitReport,
+    /// The price of a bit at the end, in squares of a ten-thousandth of the surface's diagonal.
+    pub price: f64,
+}
+
+/// Learns the levels of a base mesh in the box from `surface`, which may be an approximation of `truth` that is cheaper to
+/// project onto; the result is measured against the latter. A function of its arguments alone: the number of threads does not matter.
+///
+/// # Errors
+/// If the observer asks to stop, or the base mesh is not usable.
+pub fn fit_levels(
+    surface: &dyn Surface,
+    truth: &dyn Surface,
+    similarity: Similarity,
+    base: &ManifoldMesh,
+    options: &LevelOptions,
+    progress: &dyn Progress,
+) -> Result<LevelFit, LevelFitError> {
+    let started = Instant::now();
+    let sampler = AreaSampler::new(base).ok_or(LevelFitError::NoArea)?;
+    let levels = options.levels.unwrap_or(if base.face_count() < FEW_FACES { 3 } else { 2 });
+    let [free, gridded] = options.iterations;
+    options.budget.validate()?;
+    check_size(base, levels + 1)?;
+    progress.check()?;
+    let mut descent = Descent::new(surface, similarity, base, levels);
+    if descent.missed > MAX_MISSED {
+        return Err(LevelFitError::OutOfReach);
+    }
+    let mut price = Price::new(options.budget, base, descent.rms);
+    for iteration in 0..free + gridded {
+        progress.check()?;
+        if iteration + TRUE_ITERATIONS == free + gridded {
+            descent.surface = truth;
+        }
+        let on_grid = iteration >= free;
+        let annealing = if on_grid { 1.0 } else { ANNEALING.powf(1.0 - iteration as f64 / free as f64) };
+        if iteration > 0 && iteration + SETTLED < free + gridded {
+            let spacing = spacing(price.lambda * annealing, descent.mean_edge);
+            price.follow(|| descent.numbers(spacing).coded_size(base), on_grid, descent.rms);
+        }
+        let lambda = price.lambda * annealing;
+        if !on_grid {
+            descent.set_steps(price.lambda, STEP_FACTOR);
+        } else if iteration == free {
+            descent.snap_to_grid(spacing(lambda, descent.mean_edge));
+            descent.project();
+        }
+        for sweep in 0..SWEEPS {
+            descent.price();
+            if on_grid || sweep == 0 {
+                descent.sweep_control(lambda);
+            }
+            descent.sweep(lambda);
+        }
+        if on_grid && iteration + 1 < free + gridded {
+            descent.fit_steps();
+        }
+        descent.project();
+        progress.detail(&format!("distance {:.4} %", descent.mean / 100.0));
+        progress.report("levels", (iteration + 1) as f64 / (free + gridded) as f64);
+    }
+    let field = DisplacementField::levelled(base, descent.numbers(spacing(price.lambda, descent.mean_edge)))?;
+    let measured = Measured::of(truth, &similarity, &field, &sampler, options.seed);
+    let report =
+        FitReport { epochs: free + gridded, seconds: started.elapsed().as_secs_f64(), ..measured.report() };
+    Ok(LevelFit { field, report, price: price.lambda })
+}
+
+/// The price of a bit, which follows the size that is wanted.
+struct Price {
+    lambda: f64,
+    /// Bytes that are wanted.
+    bytes: Option<f64>,
+    /// The price does not fall any more below this distance.
+    close_enough: f64,
+}
+
+impl Price {
+    fn new(budget: Budget, base: &ManifoldMesh, rms: f64) -> Self {
+        // Distances fall with the reciprocal of the size, D = c / bits², so that a bit is worth 2 D / bits; at first the
+        // distance is several times what it will be.
+        let guess = |bytes: f64| ((rms / 4.0).powi(2) / (4.0 * bytes)).max(MIN_PRICE);
+        match budget {
+            Budget::Price(lambda) => Self { lambda, bytes: None, close_enough: 0.0 },
+            Budget::Bytes(bytes) => {
+                let bytes = bytes as f64;
+                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: 0.0 }
+            }
+            Budget::PerFace(bytes) => {
+                let bytes = (bytes * base.face_count() as f64).max(FEW_BYTES);
+                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: CLOSE_ENOUGH }
+            }
+        }
+    }
+
+    /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the law above
+    /// has that size, from the distance and the size that there are; then by what the size is off, which is proportional to
+    /// λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
+    fn follow(&mut self, size: impl FnOnce() -> usize, on_grid: bool, rms: f64) {
+        let Some(bytes) = self.bytes else { return };
+        let size = size() as f64;
+        let factor = if on_grid {
+            (size / bytes).powf(1.5).clamp(0.6, 1.6)
+        } else {
+            let wanted = rms * rms * size * size / (4.0 * bytes.powi(3));
+            (wanted / self.lambda).clamp(0.05, 20.0)
+        };
+        if rms > self.close_enough || factor > 1.0 {
+            self.lambda = (self.lambda * factor).max(MIN_PRICE);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+use super::*;
+use ndf_core::analytic::{Sphere, Torus};
+use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, NoProgress, Query};
+use ndf_mesh::shapes;
+
+fn manifold(mesh: ndf_mesh::TriangleMesh) -> ManifoldMesh {
+    ManifoldMesh::try_from(mesh).unwrap()
+}
+
+fn in_box(mesh: &ManifoldMesh) -> (Similarity, ManifoldMesh) {
+    let similarity = Similarity::from_bounds(&mesh.bounds());
+    let positions = mesh.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
+    (similarity, mesh.with_positions(positions))
+}
+
+fn fitted(surface: &dyn Surface, mesh: &ManifoldMesh, settings: &LevelOptions) -> LevelFit {
+    let (similarity, base) = in_box(mesh);
+    fit_levels(surface, surface, similarity, &base, settings, &NoProgress).unwrap()
+}
+
+/// Loop's surface of a few hundred faces comes within a ten-thousandth of a sphere, of which the facets are fifty times as
+/// far away.
+#[test]
+fn a_sphere_is_learned_by_few_numbers() {
+    let base = manifold(shapes::icosphere(2));
+    let settings = LevelOptions { budget: Budget::Bytes(1500), ..LevelOptions::default() };
+    let fit = fitted(&Sphere::UNIT, &base, &settings);
+    // The box has the sphere's diameter as 3.
+    assert!(fit.report.projection_rms < 3e-4 * 3.0, "{:?}", fit.report);
+    assert!(fit.report.flipped_fraction == 0.0 && fit.report.missed_fraction == 0.0);
+}
+
+/// More bytes bring the surface closer, and the size is what was asked for.
+#[test]
+fn sizes_are_kept_and_distances_fall_with_them() {
+    let surface = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 };
+    let base = manifold(shapes::torus(18, 10, 0.97, 0.35));
+    let distances: Vec<f64> = [600, 1000]
+        .into_iter()
+        .map(|bytes| {
+            let settings = LevelOptions { budget: Budget::Bytes(bytes), ..LevelOptions::default() };
+            let fit = fitted(&surface, &base, &settings);
+            let size = fit.field.levels().unwrap().coded_size(fit.field.base());
+            assert!(size.abs_diff(bytes) * 8 < bytes, "{size} bytes for {bytes}");
+            fit.report.projection_rms
+        })
+        .collect();
+    assert!(distances[1] < 0.8 * distances[0], "{distances:?}");
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let base = manifold(shapes::icosphere(1));
+    let with_threads = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let settings = LevelOptions { iterations: [4, 6], ..LevelOptions::default() };
+        pool.install(|| fitted(&Sphere::UNIT, &base, &settings).field.levels().unwrap().clone())
+    };
+    assert_eq!(with_threads(1), with_threads(3));
+}
+
+/// Similarities move the surface and nothing else.
+#[test]
+fn units_do_not_matter() {
+    let levels = |scale: f64| {
+        let base = manifold(shapes::icosphere(1));
+        let base = base.with_positions(base.positions().iter().map(|&p| p * scale).collect());
+        let surface = Sphere { center: DVec3::ZERO, radius: scale };
+        let settings = LevelOptions { iterations: [6, 6], ..LevelOptions::default() };
+        fitted(&surface, &base, &settings).report.projection_rms
+    };
+    let (one, other) = (levels(1.0), levels(1024.0));
+    assert!((one - other).abs() < 1e-9 * one, "{one} {other}");
+}
+
+/// What lies on the surface already needs no bits, and what is flat stays flat.
+#[test]
+fn a_plane_is_its_base_mesh() {
+    let base = manifold(shapes::grid(6, 6));
+    struct Plane;
+    impl Surface for Plane {
+        fn bounds(&self) -> BoundingBox {
+            BoundingBox { min: DVec3::ZERO, max: DVec3::new(1.0, 1.0, 0.0) }
+        }
+
+        fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+            for (query, foot) in queries.iter().zip(feet) {
+                let point = DVec3 { z: 0.0, ..query.point };
+                *foot = Ok(Foot { point, normal: DVec3::Z, hint: Hint::NONE });
+            }
+        }
+    }
+    let fit = fitted(&Plane, &base, &LevelOptions::default());
+    assert!(fit.report.projection_max < 1e-4, "{:?}", fit.report);
+    let size = fit.field.base().bounds().diagonal();
+    assert!(size > 3.0, "{size}");
+}
+
+#[test]
+fn what_cannot_be_done_is_said_before_it_is_tried() {
+    let (similarity, base) = in_box(&manifold(shapes::icosphere(1)));
+    let fit = |options: LevelOptions| {
+        fit_levels(&Sphere::UNIT, &Sphere::UNIT, similarity, &base, &options, &NoProgress).unwrap_err()
+    };
+    let default = LevelOptions::default();
+    for budget in [Budget::Bytes(0), Budget::Price(f64::NAN), Budget::PerFace(-1.0)] {
+        assert!(matches!(fit(LevelOptions { budget, ..default }), LevelFitError::Option(_)));
+    }
+    assert!(matches!(fit(LevelOptions { levels: Some(20), ..default }), LevelFitError::Levels(_)));
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, _: &str, _: f64) {}
+
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let stopped = fit_levels(&Sphere::UNIT, &Sphere::UNIT, similarity, &base, &default, &Stop);
+    assert!(matches!(stopped, Err(LevelFitError::Cancelled(_))));
+}
+
+#[test]
+fn a_boundary_stays_one() {
+    // The unit square bent to a sphere: the base mesh is the flat square below it.
+    let base = manifold(shapes::grid(6, 6));
+    let bounds = base.bounds();
+    let surface = Sphere { center: bounds.center() - DVec3::Z * 2.0, radius: 2.3 };
+    let fit = fitted(&surface, &base, &LevelOptions { iterations: [8, 8], ..LevelOptions::default() });
+    assert!(fit.report.projection_rms < 0.01, "{:?}", fit.report);
+    assert_eq!(fit.field.base().topology().boundary_edge_count(), 24);
+}
