@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape, Part, Passes};
 use crate::levels::{LevelSurface, Levels, LevelsError};
+use crate::mapped::Mapped;
 use ndf_core::DVec3;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::{Face, FacePoint};
@@ -68,22 +69,6 @@ enum Displacement {
     Levels { levels: Levels, surface: LevelSurface },
 }
 
-/// A point of the learned surface and the surface's tangents there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mapped {
-    /// g(x).
-    pub point: DVec3,
-    /// J u and J v, where u and v are the edges of the base face from its corner 0 to corners 1 and 2.
-    pub tangents: [DVec3; 2],
-}
-
-impl Mapped {
-    /// Unit normal of the learned surface, or zero where the tangents are parallel.
-    pub fn normal(&self) -> DVec3 {
-        self.tangents[0].cross(self.tangents[1]).normalize_or_zero()
-    }
-}
-
 /// Derivatives of the barycentric coordinates along the edges of a face from its corner 0 to corners 1 and 2.
 const EDGES: [[f32; 3]; 2] = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
 
@@ -115,9 +100,6 @@ impl DisplacementField {
     /// If the levels do not fit the mesh.
     pub fn levelled(base: &ManifoldMesh, levels: Levels) -> Result<Self, LevelsError> {
         let surface = levels.surface(base)?;
-        if !crate::file::is_codable(base) {
-            return Err(LevelsError::Entangled);
-        }
         Ok(Self {
             base: base.with_positions(levels.positions()),
             displacement: Displacement::Levels { levels, surface },

@@ -29,12 +29,14 @@ pub mod displacement_field;
 pub mod file;
 pub mod intrinsic_network;
 pub mod levels;
+mod mapped;
 mod model;
 pub mod scalars;
 mod similarity;
 
-pub use displacement_field::{DisplacementField, FieldShape, Mapped};
+pub use displacement_field::{DisplacementField, FieldShape};
 pub use intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape};
+pub use mapped::Mapped;
 pub use model::Model;
 pub use scalars::SurfaceScalars;
 pub use similarity::{BOX_HALF_SIDE, Similarity, SimilarityError};

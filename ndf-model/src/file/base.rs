@@ -208,16 +208,15 @@ pub(super) struct Levelled {
     pub(super) order: Vec<u32>,
 }
 
-/// Whether the connectivity of a mesh can be coded.
-pub(crate) fn is_codable(base: &ManifoldMesh) -> bool {
-    connectivity::encode(&mut Encoder::new(), base).is_some()
-}
-
 /// The section of a base mesh with levels. Where it costs so little that a reader would not believe it, zeros fill it up.
 pub(super) fn write_levelled(base: &ManifoldMesh, levels: &Levels) -> Levelled {
     let mut coder = Encoder::new();
     let order = connectivity::encode(&mut coder, base);
-    let order = order.expect("a base mesh with levels is one whose connectivity can be coded");
+    let is_coded = order.is_some();
+    let order = order.unwrap_or_else(|| {
+        coder = Encoder::new();
+        BaseOrder::identity(base)
+    });
     let mesh = reordered(base, &order);
     let levels = levels.reordered(base, &mesh, &order.vertices);
     let predictor = Predictor::new(&mesh);
@@ -229,6 +228,10 @@ pub(super) fn write_levelled(base: &ManifoldMesh, levels: &Levels) -> Levelled {
     w.u32(mesh.face_count() as u32);
     w.f32s([levels.spacing]);
     weights.as_flattened().iter().for_each(|&x| w.u8(x as u8));
+    w.u8(u8::from(is_coded));
+    if !is_coded {
+        mesh.faces().iter().flatten().for_each(|&v| w.u32(v));
+    }
     let mut stream = coder.finish();
     while !is_plausible(mesh.face_count(), stream.len()) {
         stream.push(0);
@@ -247,15 +250,30 @@ fn read_levelled(mut r: Reader<'_>) -> Result<StoredPositions, ModelError> {
     for weight in weights.as_flattened_mut() {
         *weight = r.u8()? as i8;
     }
+    let plain = match r.u8()? {
+        PLAIN => Some(r.u32s(faces.saturating_mul(3))?),
+        CODED => None,
+        other => return Err(r.unknown_coding(other)),
+    };
     let stream = r.rest();
     if !is_plausible(faces, stream.len()) {
         return Err(r.defect(connectivity::too_many_faces()));
     }
     let mut coder = Decoder::new(stream);
-    let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
-    if found != vertices {
-        let text = format!("it has {found} vertices, not {vertices}");
-        return Err(r.defect(FileDefect::Mismatch(text.into())));
+    let faces = match plain {
+        Some(indices) => indices.as_chunks().0.to_vec(),
+        None => {
+            let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
+            if found != vertices {
+                let text = format!("it has {found} vertices, not {vertices}");
+                return Err(r.defect(FileDefect::Mismatch(text.into())));
+            }
+            faces
+        }
+    };
+    // A vertex takes at least a bit of the stream, or is in a face.
+    if vertices > faces.len().saturating_mul(3) {
+        return Err(r.defect(FileDefect::Mismatch("it has more vertices than corners of faces".into())));
     }
     if faces.len() > MAX_FACES {
         return Err(r.defect(LevelsError::Faces));

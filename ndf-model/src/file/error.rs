@@ -82,7 +82,6 @@ impl PartDefect {
             Self::Levels(
                 LevelsError::Count(_) | LevelsError::Large(_) | LevelsError::Faces | LevelsError::Position,
             ) => "too_large",
-            Self::Levels(LevelsError::Entangled) => "unsupported",
             Self::Levels(LevelsError::Step(_) | LevelsError::Spacing) => "invalid_value",
             Self::Levels(LevelsError::Displacements { .. } | LevelsError::Control { .. }) => "mismatch",
             Self::Levels(LevelsError::NotFinite) => "not_finite",

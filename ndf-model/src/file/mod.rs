@@ -17,7 +17,6 @@ mod tensors;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use base::is_codable;
 pub use connectivity::BaseOrder;
 pub use error::{ModelError, PartDefect, TensorsError};
 pub use format::SectionSizes;

@@ -198,9 +198,6 @@ pub enum LevelsError {
         "the base mesh has too many faces for so many levels; at most {MAX_FACES}, and fewer with many levels"
     )]
     Faces,
-    /// A mesh whose connectivity is not coded.
-    #[error("the connectivity of the base mesh is too entangled to be coded")]
-    Entangled,
     /// A displacement that is larger than any should be.
     #[error("a displacement of level {0} is too large")]
     Large(usize),

@@ -5,7 +5,7 @@ use ndf_mesh::FacePoint;
 use ndf_mesh::subdivision::Refinement;
 use rayon::prelude::*;
 
-use crate::displacement_field::Mapped;
+use crate::mapped::Mapped;
 
 /// The limit of a subdivided mesh, as curved triangles through limit points of its finest level: the cubic ones of Vlachos
 /// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the surface is
