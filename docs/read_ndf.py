@@ -313,16 +313,20 @@ class BaseMesh:
 
     def read_plain(self, section):
         self.read_positions(section)
-        indices = section.numbers("H" if self.vertex_count <= 65536 else "I", 3 * self.face_count)
+        self.read_faces(section, "H" if self.vertex_count <= 65536 else "I")
+
+    def read_faces(self, section, kind):
+        indices = section.numbers(kind, 3 * self.face_count)
         require(all(i < self.vertex_count for i in indices), "a face has a vertex that is not there")
         self.faces = rows(indices, self.face_count, 3)
 
-    def read_connectivity(self, data, most_faces):
-        """The coder after it."""
+    def read_connectivity(self, data, most_faces, coded=True):
+        """The coder after it, or, where it is not coded, before anything."""
         most_faces = min((1 << 16) + 1024 * len(data), most_faces)
         require(self.face_count <= most_faces, "the base mesh is too large for its bytes")
         coder = RangeDecoder(data)
-        self.faces = connectivity(coder, self.vertex_count, self.face_count)
+        if coded:
+            self.faces = connectivity(coder, self.vertex_count, self.face_count)
         return coder
 
     def read_coded(self, section):
@@ -338,7 +342,11 @@ class BaseMesh:
     def read_control(self, section):
         (self.spacing,) = positive(section.numbers("f", 1))
         weights = section.numbers("b", 4)
-        coder = self.read_connectivity(section.rest(), 1 << 20)
+        coded = section.number("B")
+        require(coded <= 1, "connectivity is written in an unknown way")
+        if not coded:
+            self.read_faces(section, "I")
+        coder = self.read_connectivity(section.rest(), 1 << 20, coded)
         self.control = positions(coder, self.vertex_count, self.faces, weights)
         coder.end(zeros=True)
         require(all(abs(x) <= 1 << 24 for x in flat(self.control)), "a position is too large")
