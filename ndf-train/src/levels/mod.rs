@@ -101,7 +101,7 @@ const CLOSE_ENOUGH: f64 = 0.1;
 /// The spacing of control vertices for a price of bits, in units. It is finer than edges are long, in the mean, so that faces keep
 /// their shape, and not so fine that positions exceed what a file holds.
 fn spacing(lambda: f64, mean_edge: f64) -> f64 {
-    (3000.0 * lambda.sqrt()).clamp(mean_edge / 4096.0, mean_edge / 16.0)
+    (3000.0 * lambda.sqrt()).clamp(mean_edge / 4096.0, mean_edge / 4.0)
 }
 
 /// Why there are no levels.
