@@ -3,10 +3,13 @@
 use std::fs;
 use std::path::Path;
 
+use ndf_core::NoProgress;
+use ndf_core::analytic::Sphere;
 use ndf_mesh::shapes;
 use ndf_model::file::{Precision, StoredBase};
 use ndf_mesh::ManifoldMesh;
 use ndf_model::{DisplacementField, FieldShape, Model};
+use ndf_train::levels::{LevelOptions, fit_levels};
 
 fn main() -> std::io::Result<()> {
     let write = |target: &str, files: Vec<(&'static str, Vec<u8>)>| -> std::io::Result<()> {
@@ -22,7 +25,7 @@ fn main() -> std::io::Result<()> {
     write("models", models())
 }
 
-/// An untrained model of a sphere: plain, rounded, and as tensors.
+/// An untrained model of a sphere: plain, rounded, and as tensors; and one of levels.
 fn models() -> Vec<(&'static str, Vec<u8>)> {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
     let StoredBase { mesh: base, similarity, .. } = StoredBase::new(&base, Some(Precision::default()), 0.0);
@@ -30,7 +33,11 @@ fn models() -> Vec<(&'static str, Vec<u8>)> {
     let model = Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() };
     let rounded = model.rounded(Precision::default());
     let tensors = model.to_safetensors().expect("its tensors have different names");
-    vec![("plain.ndf", model.to_bytes()), ("rounded.ndf", rounded.to_bytes()), ("tensors", tensors)]
+    let options = LevelOptions { iterations: [4, 4], ..LevelOptions::default() };
+    let sphere = Sphere::UNIT;
+    let levels = fit_levels(&sphere, &sphere, similarity, model.field.base(), &options, &NoProgress);
+    let levels = Model { field: levels.expect("a sphere has levels").field, ..model.clone() };
+    vec![("plain.ndf", model.to_bytes()), ("rounded.ndf", rounded.to_bytes()), ("levels.ndf", levels.to_bytes()), ("tensors", tensors)]
 }
 
 /// A tetrahedron in every format.
