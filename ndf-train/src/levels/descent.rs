@@ -19,10 +19,14 @@ const HUBER: f64 = 4.0;
 const CLOSE: f64 = 0.05;
 /// A point whose normal and that of its foot enclose an angle of a smaller cosine is on the wrong side.
 const OPPOSED: f64 = -0.2;
-/// Share of the squared influence that is added to curvatures: the linearisation holds nearby alone.
-const PROXIMITY: f64 = 0.05;
-/// The same for control vertices, which could also slide along the surface.
-const RIDGE: f64 = 0.1;
+/// Share of the squared influence that is added to curvatures: the linearisation holds nearby alone. It grows where it did
+/// not hold (Levenberg 1944, Marquardt 1963).
+const MIN_PROXIMITY: f64 = 0.05;
+const MAX_PROXIMITY: f64 = 1e3;
+/// As much more for control vertices, which could also slide along the surface.
+const RIDGE: f64 = 2.0;
+/// By what the objective may grow in an iteration: the steps of levels change, too.
+const MAX_GROWTH: f64 = 1.02;
 /// The farthest that a displacement and a control vertex move in a sweep, unless the surface is farther away.
 const MAX_MOVE: f64 = 15.0;
 const MAX_CONTROL_MOVE: f64 = 8.0;
@@ -37,6 +41,14 @@ pub(super) struct DescentLevel {
     values: Vec<f64>,
     normals: Vec<DVec3>,
     influence: Influence,
+}
+
+/// All that a sweep changes.
+#[derive(Clone)]
+pub(super) struct Numbers {
+    control: Vec<DVec3>,
+    gridded: Option<Vec<[i32; 3]>>,
+    levels: Vec<(f64, Vec<i32>, Vec<f64>)>,
 }
 
 /// Control vertices on a grid.
@@ -73,6 +85,7 @@ pub(super) struct Descent<'a> {
     predictor: Predictor,
     gridded: Option<Gridded>,
     spacing: f64,
+    proximity: f64,
     pub(super) levels: Vec<DescentLevel>,
     prices: Vec<Prices>,
     points: Vec<DVec3>,
@@ -129,6 +142,7 @@ impl<'a> Descent<'a> {
             predictor: Predictor::new(base),
             gridded: None,
             spacing: 1.0,
+            proximity: MIN_PROXIMITY,
             levels,
             prices: Vec::new(),
             points: Vec::new(),
@@ -202,6 +216,32 @@ impl<'a> Descent<'a> {
         }
     }
 
+    /// The numbers as they are now.
+    pub(super) fn state(&self) -> Numbers {
+        Numbers {
+            control: self.control.clone(),
+            gridded: self.gridded.as_ref().map(|gridded| gridded.integers.clone()),
+            levels: self.levels.iter().map(|l| (l.step, l.integers.clone(), l.values.clone())).collect(),
+        }
+    }
+
+    /// Goes back to the numbers of before and makes smaller moves from then on, where the objective is worse than it was with them.
+    pub(super) fn trust(&mut self, after: f64, (before, objective): (Numbers, f64)) {
+        if after <= MAX_GROWTH * objective {
+            self.proximity = (0.5 * self.proximity).max(MIN_PROXIMITY);
+            return;
+        }
+        self.proximity = (8.0 * self.proximity).min(MAX_PROXIMITY);
+        self.control = before.control;
+        if let (Some(gridded), Some(integers)) = (&mut self.gridded, before.gridded) {
+            gridded.integers = integers;
+        }
+        for (level, (step, integers, values)) in self.levels.iter_mut().zip(before.levels) {
+            (level.step, level.integers, level.values) = (step, integers, values);
+        }
+        self.project();
+    }
+
     /// The contexts and prices of the present displacements.
     pub(super) fn price(&mut self) {
         let integers: Vec<Vec<i32>> = self.levels.iter().map(|level| level.integers.clone()).collect();
@@ -224,7 +264,7 @@ impl<'a> Descent<'a> {
                     near += row.area * t * t;
                 }
                 let (slope, curvature) =
-                    (f64::from(slope), f64::from(curvature) + PROXIMITY * f64::from(near));
+                    (f64::from(slope), f64::from(curvature) + self.proximity * f64::from(near));
                 if curvature <= 0.0 {
                     continue;
                 }
@@ -283,7 +323,7 @@ impl<'a> Descent<'a> {
                 near += row.area * t * t;
             }
             let (mut matrix, slope) = (matrix.as_dmat3(), slope.as_dvec3());
-            matrix += DMat3::from_diagonal(DVec3::splat(RIDGE * f64::from(near)));
+            matrix += DMat3::from_diagonal(DVec3::splat(RIDGE * self.proximity * f64::from(near)));
             let step = -(matrix.inverse() * slope);
             if !step.is_finite() {
                 continue;
@@ -331,14 +371,16 @@ impl<'a> Descent<'a> {
         for j in 0..integers.len() {
             let entries = self.control_influence.of_vertex(j);
             for c in 0..3 {
-                let [mut slope, mut curvature] = [0.0_f32; 2];
+                let [mut slope, mut curvature, mut near] = [0.0_f32; 3];
                 for &(i, t) in entries {
                     let row = &self.rows[i as usize];
                     let moved = t * row.direction[c];
                     slope += row.weight * row.distance * moved;
                     curvature += row.weight * moved * moved;
+                    near += row.area * t * t;
                 }
-                let (slope, curvature) = (f64::from(slope), f64::from(curvature));
+                let slope = f64::from(slope);
+                let curvature = f64::from(curvature) + (self.proximity - MIN_PROXIMITY) * f64::from(near);
                 let own = residual(integers, j, c);
                 let mut chosen = (0.0, 0);
                 for q in [-1, 1] {

@@ -178,6 +178,11 @@ pub fn fit_levels(
             descent.snap_to_grid(spacing(lambda, descent.mean_edge));
             descent.project();
         }
+        let objective = |descent: &Descent<'_>| {
+            let numbers = descent.numbers(spacing(lambda, descent.mean_edge));
+            descent.rms * descent.rms + 8.0 * lambda * numbers.coded_size(base) as f64
+        };
+        let before = (descent.state(), objective(&descent));
         for sweep in 0..SWEEPS {
             descent.price();
             if on_grid || sweep == 0 {
@@ -189,6 +194,8 @@ pub fn fit_levels(
             descent.fit_steps();
         }
         descent.project();
+        let after = objective(&descent);
+        descent.trust(after, before);
         progress.detail(&format!("distance {:.4} %", descent.mean / 100.0));
         progress.report("levels", (iteration + 1) as f64 / (free + gridded) as f64);
     }
