@@ -2,8 +2,8 @@
 //! few of the coarser one.
 //!
 //! [`Refinement`] is the connectivity of one level, in a numbering that follows from the faces alone: edges are numbered
-//! as the faces name them, face by face and side by side. The new vertex of edge e has the number `vertices + e`. [`Weights`] are
-//! the rules: those of Loop in the interior with the weights of Warren (1995) around vertices, those of a cubic
+//! as the faces name them, face by face and side by side. The new vertex of edge e has the number `vertices + e`. The weights are
+//! those of Loop in the interior with the weights of Warren (1995) around vertices, those of a cubic
 //! spline on the boundary (Hoppe et al. 1994), so that a boundary is a smooth curve that does not depend on the interior.
 
 use ndf_core::DVec3;
