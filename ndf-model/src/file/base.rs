@@ -7,7 +7,7 @@ use super::connectivity::{self, BaseOrder};
 use super::error::ModelError;
 use super::grid::Grid;
 use super::range_coder::{Coder, Decoder, Encoder, Integers};
-use crate::levels::{GateWeights, Levels, LevelsError, MAX_FACES, PARALLELOGRAM, Predictor};
+use crate::levels::{GateWeights, LevelsError, MAX_FACES, PARALLELOGRAM, Predictor};
 use ndf_mesh::io::FileDefect;
 use ndf_mesh::{Halfedge, ManifoldMesh, TriangleMesh};
 
@@ -196,48 +196,53 @@ fn code_positions(
     done
 }
 
-/// A base mesh with levels, as it is written.
-pub(super) struct Levelled {
-    /// The section.
-    pub(super) base: Vec<u8>,
-    /// The mesh in the order of the file.
+/// A base mesh with levels without its positions: what does not change while they do.
+#[derive(Clone, Debug)]
+pub(super) struct LevelledBase {
+    /// The mesh in the order of the file; its positions do not count.
     pub(super) mesh: ManifoldMesh,
-    /// The levels in that order.
-    pub(super) levels: Levels,
     /// The vertex that became every vertex.
     pub(super) order: Vec<u32>,
+    /// Faces as they are coded; `None` where they are written plain.
+    connectivity: Option<Encoder>,
+    predictor: Predictor,
 }
 
-/// The section of a base mesh with levels. Where it costs so little that a reader would not believe it, zeros fill it up.
-pub(super) fn write_levelled(base: &ManifoldMesh, levels: &Levels) -> Levelled {
-    let mut coder = Encoder::new();
-    let order = connectivity::encode(&mut coder, base);
-    let is_coded = order.is_some();
-    let order = order.unwrap_or_else(|| {
-        coder = Encoder::new();
-        BaseOrder::identity(base)
-    });
-    let mesh = reordered(base, &order);
-    let levels = levels.reordered(base, &mesh, &order.vertices);
-    let predictor = Predictor::new(&mesh);
-    let weights = predictor.fitted_weights(&levels.control);
-    code_positions(&mut coder, &predictor, &weights, mesh.vertex_count(), Some(&levels.control));
-    let mut w = Writer::default();
-    w.u8(LEVELLED);
-    w.u32(mesh.vertex_count() as u32);
-    w.u32(mesh.face_count() as u32);
-    w.f32s([levels.spacing]);
-    weights.as_flattened().iter().for_each(|&x| w.u8(x as u8));
-    w.u8(u8::from(is_coded));
-    if !is_coded {
-        mesh.faces().iter().flatten().for_each(|&v| w.u32(v));
+impl LevelledBase {
+    /// The base mesh in the order of the file. O(n).
+    pub(super) fn new(base: &ManifoldMesh) -> Self {
+        let mut coder = Encoder::new();
+        let order = connectivity::encode(&mut coder, base);
+        let connectivity = order.is_some().then_some(coder);
+        let order = order.unwrap_or_else(|| BaseOrder::identity(base));
+        let mesh = reordered(base, &order);
+        Self { order: order.vertices, connectivity, predictor: Predictor::new(&mesh), mesh }
     }
-    let mut stream = coder.finish();
-    while !is_plausible(mesh.face_count(), stream.len()) {
-        stream.push(0);
+
+    /// The section with these control vertices, in the order of the file. Where it costs so little that a reader would not believe
+    /// it, zeros fill it up.
+    pub(super) fn write(&self, spacing: f32, control: &[[i32; 3]]) -> Vec<u8> {
+        let Self { mesh, connectivity, predictor, .. } = self;
+        let mut coder = connectivity.clone().unwrap_or_else(Encoder::new);
+        let weights = predictor.fitted_weights(control);
+        code_positions(&mut coder, predictor, &weights, mesh.vertex_count(), Some(control));
+        let mut w = Writer::default();
+        w.u8(LEVELLED);
+        w.u32(mesh.vertex_count() as u32);
+        w.u32(mesh.face_count() as u32);
+        w.f32s([spacing]);
+        weights.as_flattened().iter().for_each(|&x| w.u8(x as u8));
+        w.u8(if connectivity.is_some() { CODED } else { PLAIN });
+        if connectivity.is_none() {
+            mesh.faces().iter().flatten().for_each(|&v| w.u32(v));
+        }
+        let mut stream = coder.finish();
+        while !is_plausible(mesh.face_count(), stream.len()) {
+            stream.push(0);
+        }
+        w.0.extend(stream);
+        w.0
     }
-    w.0.extend(stream);
-    Levelled { base: w.0, mesh, levels, order: order.vertices }
 }
 
 fn read_levelled(mut r: Reader<'_>) -> Result<StoredPositions, ModelError> {

@@ -9,6 +9,7 @@ use std::path::Path;
 use super::base::StoredPositions;
 use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION, WITHOUT_LEVELS};
+use super::levels::LevelCoder;
 use super::{base, container, levels, network, scalars};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::levels::Levels;
@@ -121,11 +122,10 @@ impl Model {
                 order
             }
             Some(stored) => {
-                let base::Levelled { base, mesh, levels, order } =
-                    base::write_levelled(self.field.base(), stored);
-                sections.push(("BASE", base));
-                sections.push((levels::TAG, levels::write(&mesh, &levels.levels)));
-                order
+                let coder = LevelCoder::new(self.field.base(), stored.levels.len());
+                let [base, levels] = coder.write(stored);
+                sections.extend([("BASE", base), (levels::TAG, levels)]);
+                coder.order().to_vec()
             }
         };
         if let Some((network, shape)) = self.field.network().zip(self.field.shape()) {

@@ -1,12 +1,12 @@
 //! The `LEVL` section: displacements on the levels of a subdivided base mesh.
 
-use super::base::{Levelled, write_levelled};
+use super::base::LevelledBase;
 use super::bytes::{Reader, Writer};
 use super::error::ModelError;
 use super::range_coder::{Bit, Coder, Decoder, Encoder};
 use crate::levels::{
-    CLUES, CONTEXTS, ClueWeights, Clues, Hierarchy, Level, Levels, LevelsError, MAX_LEVELS, check_size,
-    energies, fitted_weights,
+    CLUES, CONTEXTS, ClueWeights, Clues, Hierarchy, Level, Levels, LevelsError, MAX_LEVELS, Neighbours,
+    check_size, energies, fitted_weights,
 };
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::io::FileDefect;
@@ -64,7 +64,7 @@ impl Displacements {
 }
 
 /// Codes the displacements of a level.
-fn code_level(coder: &mut impl Coder, clues: &Clues, weights: &ClueWeights, displacements: &mut [i32]) {
+fn code_level(coder: &mut impl Coder, clues: &Clues<'_>, weights: &ClueWeights, displacements: &mut [i32]) {
     let mut model = Displacements::new();
     for i in 0..displacements.len() {
         let context = clues.context(weights, i, |j| displacements[j as usize].unsigned_abs());
@@ -72,48 +72,66 @@ fn code_level(coder: &mut impl Coder, clues: &Clues, weights: &ClueWeights, disp
     }
 }
 
-/// The section. The displacements are in the order of the base mesh as it is written. Where they cost so little that a reader
-/// would not believe it, zeros fill the section up.
-pub(super) fn write(base: &ManifoldMesh, levels: &[Level]) -> Vec<u8> {
-    let (weights, mut stream) = coded(base, levels);
-    while !is_plausible(base, levels.len(), stream.len()) {
-        stream.push(0);
-    }
-    let mut w = Writer::default();
-    w.u8(levels.len() as u8);
-    w.f32s(levels.iter().map(|level| level.step));
-    weights.iter().for_each(|weights| w.0.extend(weights));
-    w.0.extend(stream);
-    w.0
+/// Writes levels above one base mesh, as often as wanted: what depends on the connectivity alone is made once.
+#[derive(Clone, Debug)]
+pub struct LevelCoder {
+    base: LevelledBase,
+    /// The displacement that became every displacement of a level.
+    orders: Vec<Vec<u32>>,
+    hierarchy: Hierarchy,
+    neighbours: Vec<Neighbours>,
 }
 
-impl Levels {
-    /// Bytes of the base mesh and the levels in a file. O(n).
+impl LevelCoder {
+    /// A coder for `levels` levels above this base mesh, whose positions do not count. O(4^levels · faces).
+    pub fn new(base: &ManifoldMesh, levels: usize) -> Self {
+        let coded = LevelledBase::new(base);
+        let depth = levels.saturating_sub(1);
+        let hierarchy = Hierarchy::new(&coded.mesh, depth);
+        let orders = Hierarchy::new(base, depth).edges_in_order_of(&hierarchy, &coded.order);
+        let neighbours = (0..levels).map(|l| Neighbours::new(hierarchy.level(l))).collect();
+        Self { base: coded, orders, hierarchy, neighbours }
+    }
+
+    /// Bytes of the base mesh and of the levels in a file. O(n).
     ///
     /// # Panics
     /// If the levels do not fit the mesh.
-    pub fn coded_size(&self, base: &ManifoldMesh) -> usize {
-        let Levelled { base, mesh, levels, .. } = write_levelled(base, self);
-        base.len() + write(&mesh, &levels.levels).len()
+    pub fn sizes(&self, levels: &Levels) -> [usize; 2] {
+        self.write(levels).map(|section| section.len())
     }
-}
 
-/// The weights of the clues of every level, and the stream.
-fn coded(base: &ManifoldMesh, levels: &[Level]) -> (Vec<ClueWeights>, Vec<u8>) {
-    let mut all = Vec::with_capacity(levels.len());
-    let hierarchy = Hierarchy::new(base, levels.len().saturating_sub(1));
-    let mut coarser = vec![0; base.vertex_count()];
-    let mut coder = Encoder::new();
-    for (l, level) in levels.iter().enumerate() {
-        let below = hierarchy.level(l);
-        let clues = Clues::new(below, &coarser);
-        let magnitude = |i: u32| level.displacements[i as usize].unsigned_abs();
-        let weights = fitted_weights(&clues, &level.displacements);
-        all.push(weights);
-        code_level(&mut coder, &clues, &weights, &mut level.displacements.clone());
-        coarser = energies(below, &coarser, magnitude);
+    /// Old numbers of the vertices in the file.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.base.order
     }
-    (all, coder.finish())
+
+    /// The sections of base mesh and levels. Where displacements cost so little that a reader would not believe it, zeros fill
+    /// the latter up.
+    pub(super) fn write(&self, levels: &Levels) -> [Vec<u8>; 2] {
+        let control: Vec<[i32; 3]> = self.order().iter().map(|&v| levels.control[v as usize]).collect();
+        let mut w = Writer::default();
+        w.u8(levels.levels.len() as u8);
+        w.f32s(levels.levels.iter().map(|level| level.step));
+        let mut coder = Encoder::new();
+        let mut coarser = vec![0; self.base.mesh.vertex_count()];
+        for (l, level) in levels.levels.iter().enumerate() {
+            let mut displacements: Vec<i32> =
+                self.orders[l].iter().map(|&e| level.displacements[e as usize]).collect();
+            let clues = Clues::new(&self.neighbours[l], &coarser);
+            let weights = fitted_weights(&clues, &displacements);
+            w.0.extend(weights);
+            code_level(&mut coder, &clues, &weights, &mut displacements);
+            let magnitude = |i: u32| displacements[i as usize].unsigned_abs();
+            coarser = energies(self.hierarchy.level(l), &coarser, magnitude);
+        }
+        let mut stream = coder.finish();
+        while !is_plausible(&self.base.mesh, levels.levels.len(), stream.len()) {
+            stream.push(0);
+        }
+        w.0.extend(stream);
+        [self.base.write(levels.spacing, &control), w.0]
+    }
 }
 
 /// Reads the section.
@@ -139,7 +157,7 @@ pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<Vec<Level>,
     for (l, (step, weights)) in steps.into_iter().zip(weights).enumerate() {
         let below = hierarchy.level(l);
         let mut displacements = vec![0; below.edges().len()];
-        code_level(&mut coder, &Clues::new(below, &coarser), weights, &mut displacements);
+        code_level(&mut coder, &Clues::new(&Neighbours::new(below), &coarser), weights, &mut displacements);
         if coder.is_exhausted() {
             return Err(r.truncated());
         }

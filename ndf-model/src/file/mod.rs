@@ -20,4 +20,5 @@ mod tests;
 pub use connectivity::BaseOrder;
 pub use error::{ModelError, PartDefect, TensorsError};
 pub use format::SectionSizes;
+pub use levels::LevelCoder;
 pub use precision::{Grids, Precision, StoredBase};

@@ -52,6 +52,7 @@ pub(super) trait Coder {
 }
 
 /// Writes decisions.
+#[derive(Clone, Debug)]
 pub(super) struct Encoder {
     /// The lower end of the range, with the carry in bit 32.
     low: u64,

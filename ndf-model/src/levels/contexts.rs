@@ -21,19 +21,19 @@ const CLUE_UNIT: u32 = 16;
 /// The least expected magnitude of contexts 1, 2, …, in 512ths of a step: 0.02 · 2^(k/2).
 const THRESHOLDS: [u32; CONTEXTS - 1] = [14, 20, 29, 41, 58, 82, 116, 164, 232, 328, 463, 655, 927];
 
-/// The clues of the displacements of one level.
+/// The displacements that tell of another, and the vertices below: what clues are taken from.
 #[derive(Clone, Debug)]
-pub struct Clues {
-    /// Neighbours before it; the list of each ends with [`NONE`].
+pub struct Neighbours {
+    /// Displacements before it; the list of each ends with [`NONE`].
     near: Vec<[u32; 4]>,
     far: Vec<[u32; 8]>,
-    /// Mean energies of ends and of vertices across.
-    coarse: Vec<[u32; 2]>,
+    /// Ends of its edge and the vertices across it: on the boundary the only one, twice.
+    vertices: Vec<[u32; 4]>,
 }
 
-impl Clues {
-    /// The clues of the level above `below`, whose vertices have these energies.
-    pub fn new(below: &Refinement, energies: &[u32]) -> Self {
+impl Neighbours {
+    /// The neighbours on the level above `below`. O(n).
+    pub fn new(below: &Refinement) -> Self {
         let count = below.edges().len();
         let mut around = vec![[NONE; 4]; count];
         for sides in below.face_edges() {
@@ -44,8 +44,7 @@ impl Clues {
             }
         }
         let before = |e: u32| move |&n: &u32| n != NONE && n < e;
-        let near =
-            (0..count as u32).map(|e| padded(around[e as usize].into_iter().filter(before(e)))).collect();
+        let near = (0..count as u32).map(|e| padded(around[e as usize].into_iter().filter(before(e))));
         let far = (0..count as u32).map(|e| {
             let own = around[e as usize];
             let next = own.into_iter().filter(|&n| n != NONE).flat_map(|n| around[n as usize]);
@@ -59,13 +58,30 @@ impl Clues {
             }
             found
         });
-        let energy = |v: u32| energies[v as usize];
-        let coarse = below.edges().iter().map(|side| {
-            let [a, b] = side.ends.map(energy);
-            let [c, d] = side.across.map(|v| if v == NONE { energy(side.across[0]) } else { energy(v) });
+        let vertices = below.edges().iter().map(|side| {
+            let ([a, b], [c, d]) = (side.ends, side.across);
+            [a, b, c, if d == NONE { c } else { d }]
+        });
+        Self { near: near.collect(), far: far.collect(), vertices: vertices.collect() }
+    }
+}
+
+/// The clues of the displacements of one level.
+#[derive(Clone, Debug)]
+pub struct Clues<'a> {
+    neighbours: &'a Neighbours,
+    /// Mean energies of ends and of vertices across.
+    coarse: Vec<[u32; 2]>,
+}
+
+impl<'a> Clues<'a> {
+    /// The clues of these neighbours above vertices of these energies.
+    pub fn new(neighbours: &'a Neighbours, energies: &[u32]) -> Self {
+        let coarse = neighbours.vertices.iter().map(|vertices| {
+            let [a, b, c, d] = vertices.map(|v| energies[v as usize]);
             [a.midpoint(b), c.midpoint(d)]
         });
-        Self { near, far: far.collect(), coarse: coarse.collect() }
+        Self { neighbours, coarse: coarse.collect() }
     }
 
     /// The clues of displacement i; `magnitude(j)` is asked for j < i.
@@ -76,7 +92,7 @@ impl Clues {
             CLUE_UNIT * sum / count.max(1)
         };
         let [ends, across] = self.coarse[i];
-        [mean(&self.near[i]), mean(&self.far[i]), ends, across, CLUE_UNIT]
+        [mean(&self.neighbours.near[i]), mean(&self.neighbours.far[i]), ends, across, CLUE_UNIT]
     }
 
     /// The context of displacement i.
@@ -110,23 +126,28 @@ pub fn energies(below: &Refinement, coarser: &[u32], magnitude: impl Fn(u32) -> 
     finer
 }
 
-/// Weights with which the clues foretell these displacements best: non-negative least squares of the magnitudes, each
+/// Weights with which the clues predict these displacements best: non-negative least squares of the magnitudes, each
 /// weighed by its expected size.
-pub fn fitted_weights(clues: &Clues, displacements: &[i32]) -> ClueWeights {
-    let magnitude = |i: usize| displacements[i].unsigned_abs().min(LARGEST);
-    let mut weights = [0.3; CLUES];
+pub fn fitted_weights(clues: &Clues<'_>, displacements: &[i32]) -> ClueWeights {
     if displacements.iter().all(|&q| q == 0) {
         return [0; CLUES];
     }
+    let magnitude = |i: usize| displacements[i].unsigned_abs().min(LARGEST);
     let unit = f64::from(CLUE_UNIT);
+    let rows: Vec<([f64; CLUES], f64)> = (0..displacements.len())
+        .map(|i| {
+            let clues = clues.of(i, |j| magnitude(j as usize));
+            (clues.map(|clue| f64::from(clue) / unit), f64::from(magnitude(i)))
+        })
+        .collect();
+    let mut weights = [0.3; CLUES];
     for _ in 0..3 {
         let (mut matrix, mut right) = ([[0.0; CLUES]; CLUES], [0.0; CLUES]);
-        for i in 0..displacements.len() {
-            let x = clues.of(i, |j| magnitude(j as usize)).map(|clue| f64::from(clue) / unit);
+        for (x, y) in &rows {
             let expected: f64 = x.iter().zip(&weights).map(|(x, w)| x * w).sum();
             let weight = (0.3 + expected).powi(-2);
             for a in 0..CLUES {
-                right[a] += weight * x[a] * f64::from(magnitude(i));
+                right[a] += weight * x[a] * y;
                 (0..CLUES).for_each(|b| matrix[a][b] += weight * x[a] * x[b]);
             }
         }

@@ -12,13 +12,12 @@ mod surface;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use std::collections::HashMap;
-
 use ndf_core::DVec3;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::subdivision::Refinement;
+use ndf_mesh::subdivision::{Refinement, Side};
+use rayon::prelude::*;
 
-pub use contexts::{CLUES, CONTEXTS, ClueWeights, Clues, energies, fitted_weights};
+pub use contexts::{CLUES, CONTEXTS, ClueWeights, Clues, Neighbours, energies, fitted_weights};
 pub use predictor::{GateWeights, PARALLELOGRAM, Predictor};
 pub use surface::LevelSurface;
 
@@ -47,36 +46,6 @@ impl Levels {
     pub fn positions(&self) -> Vec<DVec3> {
         let at = |q: i32| f64::from((f64::from(q) * f64::from(self.spacing)) as f32);
         self.control.iter().map(|p| DVec3::from(p.map(at))).collect()
-    }
-
-    /// The same levels above the same mesh with its parts in another order: `vertices` are the old numbers of the new
-    /// vertices.
-    ///
-    /// # Panics
-    /// If the meshes do not correspond.
-    #[must_use]
-    pub(crate) fn reordered(&self, base: &ManifoldMesh, new: &ManifoldMesh, vertices: &[u32]) -> Self {
-        let count = self.levels.len();
-        let (from, to) = (Hierarchy::new(base, count), Hierarchy::new(new, count));
-        let mut vertices = vertices.to_vec();
-        let mut levels = Vec::with_capacity(count);
-        for (l, level) in self.levels.iter().enumerate() {
-            let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-            let edges: HashMap<[u32; 2], u32> =
-                from.level(l).edges().iter().zip(0..).map(|(side, e)| (sorted(side.ends), e)).collect();
-            let olds: Vec<u32> = to
-                .level(l)
-                .edges()
-                .iter()
-                .map(|side| edges[&sorted(side.ends.map(|v| vertices[v as usize]))])
-                .collect();
-            let displacements = olds.iter().map(|&e| level.displacements[e as usize]).collect();
-            levels.push(Level { step: level.step, displacements });
-            let below = vertices.len() as u32;
-            vertices.extend(olds.iter().map(|e| below + e));
-        }
-        let control = vertices[..base.vertex_count()].iter().map(|&v| self.control[v as usize]).collect();
-        Self { spacing: self.spacing, control, levels }
     }
 
     /// The surface. `base` is a mesh with the connectivity of the base mesh; its positions do not count.
@@ -139,7 +108,7 @@ pub fn check_size(base: &ManifoldMesh, levels: usize) -> Result<(), LevelsError>
     if levels > MAX_LEVELS {
         return Err(LevelsError::Count(levels));
     }
-    if base.face_count() > MAX_FACES || base.topology().edge_count() << (2 * levels) > MAX_FINEST_EDGES {
+    if base.face_count() > MAX_FACES || base.topology().edge_count() > MAX_FINEST_EDGES >> (2 * levels) {
         return Err(LevelsError::Faces);
     }
     Ok(())
@@ -228,6 +197,31 @@ impl Hierarchy {
     /// If there is no such level.
     pub fn level(&self, level: usize) -> &Refinement {
         &self.refinements[level]
+    }
+
+    /// Of every edge of every level of `other` its number here. `vertices` are the numbers here of the vertices of the other
+    /// base mesh, which has the same connectivity in another order. O(n log n).
+    ///
+    /// # Panics
+    /// If the meshes do not correspond.
+    pub(crate) fn edges_in_order_of(&self, other: &Self, vertices: &[u32]) -> Vec<Vec<u32>> {
+        let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        let mut vertices = vertices.to_vec();
+        let mut orders = Vec::with_capacity(self.refinements.len());
+        for (here, there) in self.refinements.iter().zip(&other.refinements) {
+            let mut edges: Vec<([u32; 2], u32)> =
+                here.edges().iter().zip(0..).map(|(side, e)| (sorted(side.ends), e)).collect();
+            edges.par_sort_unstable();
+            let number = |ends: [u32; 2]| {
+                let at = edges.binary_search_by_key(&ends, |&(ends, _)| ends);
+                edges[at.expect("the edge is in both meshes")].1
+            };
+            let renamed = |side: &Side| sorted(side.ends.map(|v| vertices[v as usize]));
+            let order: Vec<u32> = there.edges().par_iter().map(|side| number(renamed(side))).collect();
+            vertices.extend(order.iter().map(|e| here.vertex_count() as u32 + e));
+            orders.push(order);
+        }
+        orders
     }
 
     /// Number of levels above the base mesh.

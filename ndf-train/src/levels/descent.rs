@@ -11,7 +11,7 @@ use ndf_model::Similarity;
 use ndf_model::levels::{Hierarchy, Level, Levels, Predictor};
 
 use super::influence::Influence;
-use super::rate::Prices;
+use super::rate::Rate;
 
 /// Distances beyond this multiple of their root mean square weigh less (Huber 1964).
 const HUBER: f64 = 4.0;
@@ -34,9 +34,9 @@ const MAX_CONTROL_MOVE: f64 = 8.0;
 const CONTROL_RATE: f64 = 1.3;
 
 /// One level.
-pub(super) struct DescentLevel {
-    pub(super) step: f64,
-    pub(super) integers: Vec<i32>,
+struct DescentLevel {
+    step: f64,
+    integers: Vec<i32>,
     /// Displacements: integers times step, at the start anything.
     values: Vec<f64>,
     normals: Vec<DVec3>,
@@ -45,7 +45,7 @@ pub(super) struct DescentLevel {
 
 /// All that a sweep changes.
 #[derive(Clone)]
-pub(super) struct Numbers {
+pub(super) struct State {
     control: Vec<DVec3>,
     gridded: Option<Vec<[i32; 3]>>,
     levels: Vec<(f64, Vec<i32>, Vec<f64>)>,
@@ -73,21 +73,21 @@ struct Row {
 
 /// The state of a descent.
 pub(super) struct Descent<'a> {
-    pub(super) surface: &'a dyn Surface,
+    surface: &'a dyn Surface,
     similarity: Similarity,
     /// Length of a unit in the box.
     unit: f64,
     /// Mean length of the edges of the base mesh, in units.
     pub(super) mean_edge: f64,
-    pub(super) hierarchy: Hierarchy,
+    hierarchy: Hierarchy,
     control: Vec<DVec3>,
     control_influence: Influence,
     predictor: Predictor,
     gridded: Option<Gridded>,
     spacing: f64,
     proximity: f64,
-    pub(super) levels: Vec<DescentLevel>,
-    prices: Vec<Prices>,
+    levels: Vec<DescentLevel>,
+    rate: Rate,
     points: Vec<DVec3>,
     rows: Vec<Row>,
     hints: Vec<Hint>,
@@ -107,7 +107,7 @@ impl<'a> Descent<'a> {
     ) -> Self {
         let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
         let hierarchy = Hierarchy::new(base, levels + 1);
-        let mut influences = Influence::of(&hierarchy, levels).into_iter();
+        let mut influences = Influence::of(&hierarchy).into_iter();
         let control_influence = influences.next().expect("level 0 is always there");
         let base_positions: Vec<DVec3> = base.positions().iter().map(|&p| p / unit).collect();
         let levels = influences.map(|influence| DescentLevel {
@@ -117,7 +117,7 @@ impl<'a> Descent<'a> {
             normals: vec![DVec3::Z; influence.len()],
             influence,
         });
-        let levels = levels.collect();
+        let levels: Vec<DescentLevel> = levels.collect();
         let edges = hierarchy.level(0).edges();
         let length = |[a, b]: [u32; 2]| base_positions[a as usize].distance(base_positions[b as usize]);
         let mean_edge = edges.iter().map(|side| length(side.ends)).sum::<f64>() / edges.len() as f64;
@@ -136,15 +136,15 @@ impl<'a> Descent<'a> {
             similarity,
             unit,
             mean_edge,
-            hierarchy,
             control,
             control_influence,
             predictor: Predictor::new(base),
             gridded: None,
             spacing: 1.0,
             proximity: MIN_PROXIMITY,
+            rate: Rate::new(&hierarchy, levels.len()),
+            hierarchy,
             levels,
-            prices: Vec::new(),
             points: Vec::new(),
             rows: vec![row; count],
             hints: vec![Hint::NONE; count],
@@ -217,19 +217,20 @@ impl<'a> Descent<'a> {
     }
 
     /// The numbers as they are now.
-    pub(super) fn state(&self) -> Numbers {
-        Numbers {
+    pub(super) fn state(&self) -> State {
+        State {
             control: self.control.clone(),
             gridded: self.gridded.as_ref().map(|gridded| gridded.integers.clone()),
             levels: self.levels.iter().map(|l| (l.step, l.integers.clone(), l.values.clone())).collect(),
         }
     }
 
-    /// Goes back to the numbers of before and makes smaller moves from then on, where the objective is worse than it was with them.
-    pub(super) fn trust(&mut self, after: f64, (before, objective): (Numbers, f64)) {
+    /// Takes the present numbers, whose objective is `after`, and dares more from then on; or goes back to those of before, if theirs
+    /// was clearly better, and makes smaller moves. Whether it took them.
+    pub(super) fn trust(&mut self, after: f64, (before, objective): (State, f64)) -> bool {
         if after <= MAX_GROWTH * objective {
             self.proximity = (0.5 * self.proximity).max(MIN_PROXIMITY);
-            return;
+            return true;
         }
         self.proximity = (8.0 * self.proximity).min(MAX_PROXIMITY);
         self.control = before.control;
@@ -240,18 +241,39 @@ impl<'a> Descent<'a> {
             (level.step, level.integers, level.values) = (step, integers, values);
         }
         self.project();
+        false
     }
 
-    /// The contexts and prices of the present displacements.
-    pub(super) fn price(&mut self) {
-        let integers: Vec<Vec<i32>> = self.levels.iter().map(|level| level.integers.clone()).collect();
-        self.prices = Prices::of(&self.hierarchy, &integers);
+    /// Goes on towards another surface.
+    pub(super) fn turn_to(&mut self, surface: &'a dyn Surface) {
+        self.surface = surface;
+        self.hints.fill(Hint::NONE);
+        self.project();
+    }
+
+    /// The same descent with one level more.
+    #[must_use]
+    pub(super) fn refined(self, base: &ManifoldMesh) -> Self {
+        let mut finer = Self::new(self.surface, self.similarity, base, self.levels.len() + 1);
+        finer.control = self.control;
+        finer.proximity = self.proximity;
+        for (to, from) in finer.levels.iter_mut().zip(self.levels) {
+            (to.step, to.integers, to.values) = (from.step, from.integers, from.values);
+        }
+        finer.project();
+        finer
+    }
+
+    /// The prices of the present displacements, with contexts fitted anew if asked for.
+    pub(super) fn price(&mut self, refit: bool) {
+        let integers = self.levels.iter().map(|level| &*level.integers);
+        self.rate.update(&self.hierarchy, integers, refit);
     }
 
     /// One sweep over the displacements of all levels.
     pub(super) fn sweep(&mut self, lambda: f64) {
         let farthest = MAX_MOVE.max(self.rms);
-        for (level, prices) in self.levels.iter_mut().zip(&self.prices) {
+        for (level, prices) in self.levels.iter_mut().zip(&self.rate.prices) {
             for j in 0..level.integers.len() {
                 let entries = level.influence.of_vertex(j);
                 let normal = level.normals[j].as_vec3();
@@ -349,14 +371,8 @@ impl<'a> Descent<'a> {
         for (v, row) in (0..).zip(&rows) {
             row.iter().for_each(|&(u, w)| dependents[u as usize].push((v, w)));
         }
+        self.control = integers.iter().map(|q| DVec3::from(q.map(f64::from)) * self.spacing).collect();
         self.gridded = Some(Gridded { integers, rows, dependents });
-        self.control_from_grid();
-    }
-
-    fn control_from_grid(&mut self) {
-        let Some(gridded) = &self.gridded else { return };
-        self.control =
-            gridded.integers.iter().map(|q| DVec3::from(q.map(f64::from)) * self.spacing).collect();
     }
 
     fn sweep_gridded(&mut self, gridded: &mut Gridded, lambda: f64) {
@@ -436,8 +452,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// The numbers as they are now. Control vertices that are free are taken to a grid of this spacing, in units.
-    pub(super) fn numbers(&self, spacing: f64) -> Levels {
+    /// The levels as they are now. Control vertices that are free are taken to a grid of this spacing, in units.
+    pub(super) fn levels(&self, spacing: f64) -> Levels {
         let (spacing, control) = match &self.gridded {
             Some(gridded) => (self.spacing, gridded.integers.clone()),
             None => (spacing, self.on_grid(spacing)),

@@ -11,8 +11,8 @@ pub(super) struct Influence {
 }
 
 impl Influence {
-    /// The influences of the vertices of levels 0, …, `levels`, on the points of the finest level of the hierarchy in the limit.
-    pub(super) fn of(hierarchy: &Hierarchy, levels: usize) -> Vec<Self> {
+    /// The influences of the vertices of all levels but the finest, on the points of the finest level in the limit.
+    pub(super) fn of(hierarchy: &Hierarchy) -> Vec<Self> {
         let finest = hierarchy.level(hierarchy.levels());
         let mut matrix =
             assembled(finest.vertex_count(), finest.vertex_count(), |entry| finest.limit_entries(entry));
@@ -22,10 +22,8 @@ impl Influence {
             let rows = coarse.vertex_count() + coarse.edges().len();
             let rule = assembled(rows, coarse.vertex_count(), |entry| coarse.subdivision_entries(entry));
             matrix = &matrix * &rule;
-            if level <= levels {
-                let old = level.checked_sub(1).map_or(0, |below| hierarchy.level(below).vertex_count());
-                influences.push(Self::columns(&CscMatrix::from(&matrix), old));
-            }
+            let old = level.checked_sub(1).map_or(0, |below| hierarchy.level(below).vertex_count());
+            influences.push(Self::columns(&CscMatrix::from(&matrix), old));
         }
         influences.reverse();
         influences

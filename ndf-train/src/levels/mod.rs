@@ -17,6 +17,7 @@ use std::time::Instant;
 use ndf_core::{Cancelled, Progress, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
+use ndf_model::file::LevelCoder;
 use ndf_model::levels::{LevelsError, check_size};
 use ndf_model::{DisplacementField, Similarity};
 use serde::{Deserialize, Serialize};
@@ -82,6 +83,10 @@ const STEP_FACTOR: f64 = 1.4;
 
 /// The share of the area without a foot from which a surface is out of reach.
 const MAX_MISSED: f64 = 0.9;
+
+/// Share of the iterations before the grid that go without the finest level: as long as bits cost several times their price, there
+/// is hardly anything on it.
+const COARSE: f64 = 0.75;
 
 /// Sweeps between two projections.
 const SWEEPS: usize = 3;
@@ -153,38 +158,47 @@ pub fn fit_levels(
     let levels = options.levels.unwrap_or(if base.face_count() < FEW_FACES { 3 } else { 2 });
     let [free, gridded] = options.iterations;
     options.budget.validate()?;
-    check_size(base, levels + 1)?;
+    check_size(base, levels)?;
     progress.check()?;
-    let mut descent = Descent::new(surface, similarity, base, levels);
+    let coarse = if levels > 1 { (COARSE * free as f64) as usize } else { 0 };
+    let at_first = levels - usize::from(coarse > 0);
+    let mut descent = Descent::new(surface, similarity, base, at_first);
     if descent.missed > MAX_MISSED {
         return Err(LevelFitError::OutOfReach);
     }
     let mut price = Price::new(options.budget, base, descent.rms);
+    let mut coder = LevelCoder::new(base, at_first);
+    let mut sizes = coder.sizes(&descent.levels(spacing(price.lambda, descent.mean_edge)));
     for iteration in 0..free + gridded {
         progress.check()?;
-        if iteration + TRUE_ITERATIONS == free + gridded {
-            descent.surface = truth;
+        if iteration == coarse && at_first < levels {
+            descent = descent.refined(base);
+            coder = LevelCoder::new(base, levels);
+        }
+        if iteration + TRUE_ITERATIONS == free + gridded && !std::ptr::addr_eq(surface, truth) {
+            descent.turn_to(truth);
         }
         let on_grid = iteration >= free;
-        let annealing = if on_grid { 1.0 } else { ANNEALING.powf(1.0 - iteration as f64 / free as f64) };
         if iteration > 0 && iteration + SETTLED < free + gridded {
-            let spacing = spacing(price.lambda * annealing, descent.mean_edge);
-            price.follow(|| descent.numbers(spacing).coded_size(base), on_grid, descent.rms);
+            price.follow(sizes, on_grid, descent.rms);
         }
+        let annealing = if on_grid { 1.0 } else { ANNEALING.powf(1.0 - iteration as f64 / free as f64) };
         let lambda = price.lambda * annealing;
+        let spacing = spacing(lambda, descent.mean_edge);
         if !on_grid {
             descent.set_steps(price.lambda, STEP_FACTOR);
         } else if iteration == free {
-            descent.snap_to_grid(spacing(lambda, descent.mean_edge));
+            descent.snap_to_grid(spacing);
             descent.project();
+            sizes = coder.sizes(&descent.levels(spacing));
         }
-        let objective = |descent: &Descent<'_>| {
-            let numbers = descent.numbers(spacing(lambda, descent.mean_edge));
-            descent.rms * descent.rms + 8.0 * lambda * numbers.coded_size(base) as f64
+        // Control vertices are free at first: bits for them do not count.
+        let objective = |rms: f64, [base, levels]: [usize; 2]| {
+            rms * rms + 8.0 * lambda * (levels + if on_grid { base } else { 0 }) as f64
         };
-        let before = (descent.state(), objective(&descent));
+        let before = (descent.state(), objective(descent.rms, sizes));
         for sweep in 0..SWEEPS {
-            descent.price();
+            descent.price(sweep == 0);
             if on_grid || sweep == 0 {
                 descent.sweep_control(lambda);
             }
@@ -193,13 +207,15 @@ pub fn fit_levels(
         if on_grid && iteration + 1 < free + gridded {
             descent.fit_steps();
         }
-        descent.project();
-        let after = objective(&descent);
-        descent.trust(after, before);
-        progress.detail(&format!("distance {:.4} %", descent.mean / 100.0));
+        let coded = descent.levels(spacing);
+        let ((), after) = rayon::join(|| descent.project(), || coder.sizes(&coded));
+        if descent.trust(objective(descent.rms, after), before) {
+            sizes = after;
+        }
+        progress.detail(&format!("distance {:.4} % of the diagonal", descent.mean / 100.0));
         progress.report("levels", (iteration + 1) as f64 / (free + gridded) as f64);
     }
-    let field = DisplacementField::levelled(base, descent.numbers(spacing(price.lambda, descent.mean_edge)))?;
+    let field = DisplacementField::levelled(base, descent.levels(spacing(price.lambda, descent.mean_edge)))?;
     let measured = Measured::of(truth, &similarity, &field, &sampler, options.seed);
     let report =
         FitReport { epochs: free + gridded, seconds: started.elapsed().as_secs_f64(), ..measured.report() };
@@ -236,9 +252,9 @@ impl Price {
     /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the law above
     /// has that size, from the distance and the size that there are; then by what the size is off, which is proportional to
     /// λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
-    fn follow(&mut self, size: impl FnOnce() -> usize, on_grid: bool, rms: f64) {
+    fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64) {
         let Some(bytes) = self.bytes else { return };
-        let size = size() as f64;
+        let size = sizes.into_iter().sum::<usize>() as f64;
         let factor = if on_grid {
             (size / bytes).powf(1.5).clamp(0.6, 1.6)
         } else {

@@ -1,11 +1,50 @@
 //! What displacements cost in bits, as the coder of the file will have it.
 
-use ndf_model::levels::{CONTEXTS, ClueWeights, Clues, Hierarchy, energies, fitted_weights};
+use ndf_model::levels::{
+    CLUES, CONTEXTS, ClueWeights, Clues, Hierarchy, Neighbours, energies, fitted_weights,
+};
 
 /// Magnitudes with a price of their own.
 const PRICED: usize = 24;
 /// What the prior of a context weighs, in displacements.
 const PRIOR: f64 = 20.0;
+
+/// The prices of the displacements of all levels.
+#[derive(Clone, Debug)]
+pub(super) struct Rate {
+    neighbours: Vec<Neighbours>,
+    weights: Vec<ClueWeights>,
+    /// By level.
+    pub(super) prices: Vec<Prices>,
+}
+
+impl Rate {
+    /// Without prices yet. O(n).
+    pub(super) fn new(hierarchy: &Hierarchy, levels: usize) -> Self {
+        let neighbours = (0..levels).map(|l| Neighbours::new(hierarchy.level(l))).collect();
+        Self { neighbours, weights: vec![[0; CLUES]; levels], prices: Vec::new() }
+    }
+
+    /// The prices at these displacements. What their contexts make of their clues is fitted anew if asked for, and else as
+    /// it was. O(n).
+    pub(super) fn update<'a>(
+        &mut self,
+        hierarchy: &Hierarchy,
+        displacements: impl Iterator<Item = &'a [i32]>,
+        refit: bool,
+    ) {
+        let mut coarser = vec![0; hierarchy.level(0).vertex_count()];
+        self.prices.clear();
+        for (level, integers) in displacements.enumerate() {
+            let clues = Clues::new(&self.neighbours[level], &coarser);
+            if refit {
+                self.weights[level] = fitted_weights(&clues, integers);
+            }
+            self.prices.push(Prices::of_level(&clues, &self.weights[level], integers));
+            coarser = energies(hierarchy.level(level), &coarser, |i| integers[i as usize].unsigned_abs());
+        }
+    }
+}
 
 /// The prices of the displacements of one level.
 #[derive(Clone, Debug)]
@@ -15,21 +54,7 @@ pub(super) struct Prices {
 }
 
 impl Prices {
-    /// Prices of all levels at these displacements.
-    pub(super) fn of(hierarchy: &Hierarchy, displacements: &[Vec<i32>]) -> Vec<Self> {
-        let mut coarser = vec![0; hierarchy.level(0).vertex_count()];
-        let mut prices = Vec::new();
-        for (level, integers) in displacements.iter().enumerate() {
-            let below = hierarchy.level(level);
-            let clues = Clues::new(below, &coarser);
-            let weights = fitted_weights(&clues, integers);
-            prices.push(Self::of_level(&clues, &weights, integers));
-            coarser = energies(below, &coarser, |i| integers[i as usize].unsigned_abs());
-        }
-        prices
-    }
-
-    fn of_level(clues: &Clues, weights: &ClueWeights, integers: &[i32]) -> Self {
+    fn of_level(clues: &Clues<'_>, weights: &ClueWeights, integers: &[i32]) -> Self {
         let context = |i| clues.context(weights, i, |j| integers[j as usize].unsigned_abs()) as u8;
         let contexts: Vec<u8> = (0..integers.len()).map(context).collect();
         let mut counts = [[0.0; PRICED]; CONTEXTS];
