@@ -5,7 +5,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use ndf::{Fit, OpenOptions};
+use ndf::{Fit, FitError, OpenOptions, Preset};
+use ndf_train::levels::LevelOptions;
 
 /// A folder of its own, removed at the end.
 struct Folder(PathBuf);
@@ -67,4 +68,15 @@ fn networks_give_the_same_model() {
 #[test]
 fn splats_give_the_same_model() {
     program_and_library_agree("splats", "a.ply");
+}
+
+#[test]
+fn settings_of_networks_are_refused_with_levels() {
+    let folder = Folder::new("levels");
+    folder.run(&["sample", "mesh", "-o", "a.ply", "--shape", "torus"]);
+    let opened = ndf::open(folder.0.join("a.ply"), &OpenOptions::default()).unwrap();
+    let fit = || Fit::new(&opened).levels(LevelOptions::default()).seed(7);
+    for refused in [fit().epochs(30), fit().preset(Preset::Paper)] {
+        assert!(matches!(refused.run(), Err(FitError::NotOfLevels(what)) if what.starts_with("settings")));
+    }
 }

@@ -135,7 +135,7 @@ fn checkpoints_whose_parts_do_not_fit_are_refused() {
 }
 
 #[test]
-fn a_run_that_goes_astray_comes_back_at_a_smaller_rate() {
+fn a_run_that_diverges_comes_back_at_a_smaller_rate() {
     let settings = Settings { rate: Schedule::constant(1.0), epochs: 100, ..quick() };
     let (fit, _) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &NoProgress);
     assert!(fit.report.retreats > 0 && fit.report.epochs == 100, "{:?}", fit.report);

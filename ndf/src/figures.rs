@@ -32,7 +32,7 @@ pub struct FitFigures {
     pub seconds: f64,
     /// Of these, spent on projecting.
     pub seconds_projecting: f64,
-    /// Epochs made.
+    /// Epochs made, or iterations where the field has levels.
     pub epochs: usize,
     /// Whether training ended before its last epoch.
     pub interrupted: bool,

@@ -70,7 +70,7 @@ pub enum FitError {
     /// Levels could not be learned.
     #[error(transparent)]
     Levels(#[from] LevelFitError),
-    /// Anchors, terms, logs and checkpoints are those of networks.
+    /// Anchors, terms, logs, checkpoints and settings are those of networks.
     #[error("a field of levels has no {0}; learn a network instead")]
     NotOfLevels(&'static str),
     /// The observer asked to stop before training began, so that there is nothing to keep.
@@ -161,8 +161,8 @@ impl<'a> Fit<'a> {
         self
     }
 
-    /// Learns levels of displacements instead of a network: less than half the bytes at the same distance. Settings of networks
-    /// and training do not count then.
+    /// Learns levels of displacements instead of a network, in fewer bytes at the same distance. Settings of networks and their
+    /// training are refused then, and of the seeds [`LevelOptions::seed`] alone counts.
     pub fn levels(self, options: LevelOptions) -> Self {
         Self { levels: Some(options), ..self }
     }
@@ -243,12 +243,14 @@ impl<'a> Fit<'a> {
     pub fn run(self) -> Result<Fitted, FitError> {
         let Self { opened, mut settings, levels, base, anchors, terms, progress, mut log, noted } = self;
         if levels.is_some() {
+            let preset = Settings { seed: settings.seed, ..Preset::Default.settings(opened.kind) };
             let network = [
                 ("anchors", !anchors.is_empty()),
                 ("terms", !terms.is_empty()),
                 ("log", log.is_some()),
                 ("checkpoint", matches!(base, Base::Resumed(_))),
                 ("time limit", settings.time_limit.is_some()),
+                ("settings of a network and its training", settings != preset),
             ];
             if let Some((what, _)) = network.into_iter().find(|(_, given)| *given) {
                 return Err(FitError::NotOfLevels(what));

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use ndf::presets::BASE_FACES;
 use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
 use ndf_model::levels::MAX_FACES;
@@ -12,7 +13,8 @@ use ndf_train::{Schedule, Settings};
 use super::numbers::{bits, positive, seconds, weight};
 use crate::output::Failure;
 
-/// Bytes of a model file beside base mesh and levels: its table, the similarity, and how it was made.
+/// What of a size is set aside for the parts of a model file beside base mesh and levels: its table, the similarity, and how
+/// it was made.
 const BYTES_BESIDE: usize = 450;
 
 /// How to train, and for how long.
@@ -80,8 +82,7 @@ struct Chosen {
 pub(super) enum FieldName {
     /// The paper's network, with features at the base vertices.
     Network,
-    /// Displacements along the normal on the levels of the subdivided base mesh: less than half the bytes at the same
-    /// distance.
+    /// Displacements along the normal on the levels of the subdivided base mesh: fewer bytes at the same distance.
     Levels,
 }
 
@@ -110,11 +111,11 @@ impl Training {
         self.time_limit
     }
 
-    /// What levels to learn, if levels are to be learned, and how many base faces suit them.
+    /// What levels to learn, if levels are to be learned, and on how many base faces unless that is given.
     ///
     /// # Errors
     /// If something was asked for that the field does not have.
-    pub fn levels(&self, seed: u64) -> Result<Option<(LevelOptions, Option<usize>)>, Failure> {
+    pub fn levels(&self, seed: u64) -> Result<Option<(LevelOptions, usize)>, Failure> {
         let default = LevelOptions { seed, ..LevelOptions::default() };
         match (self.field, self.size) {
             (None | Some(FieldName::Network), None) => Ok(None),
@@ -125,16 +126,17 @@ impl Training {
             (None | Some(FieldName::Levels), _)
                 if self.chosen != Chosen::default() || self.time_limit.is_some() =>
             {
-                let failure =
-                    Failure::new("settings of networks and of their training do not go with levels");
-                Err(failure.try_instead("--size and --base-faces, or --field network"))
+                let failure = Failure::new(
+                    "levels are learned without --preset, --epochs, --bits, --time-limit and other settings of networks",
+                );
+                Err(failure.try_instead("leave them out, or --field network, without --size"))
             }
-            (_, None) => Ok(Some((default, None))),
+            (_, None) => Ok(Some((default, BASE_FACES))),
             (_, Some(size)) => {
                 let bytes = (size as usize).saturating_sub(BYTES_BESIDE);
                 let options = LevelOptions { budget: Budget::Bytes(bytes), ..default };
                 let faces = (bytes as f64 / BYTES_PER_FACE) as usize;
-                Ok(Some((options, Some(faces.min(MAX_FACES)))))
+                Ok(Some((options, faces.min(MAX_FACES))))
             }
         }
     }

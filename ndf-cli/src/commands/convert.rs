@@ -18,7 +18,7 @@ pub struct Arguments {
     /// A model: `.ndf`, of this or an earlier version, or `.safetensors` exported from one.
     model: PathBuf,
     /// The file to write: a model (`.ndf`), its arrays in single precision (`.safetensors`), or its base mesh in the
-    /// units of the input (`.ply`, `.obj`, `.stl`).
+    /// units of the input (`.ply`, `.obj`, `.stl`); with levels, the control mesh around the surface.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Round features and weights, without training; `ndf fit --bits` trains with rounded numbers, which is better.
@@ -56,9 +56,9 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
     let form = Form::of(&arguments.output)?;
     if arguments.bits.is_some() && matches!(form, Form::Base) {
         let name = arguments.output.display();
-        return Err(Failure::new(format!(
-            "{name}: --bits rounds features and weights, and a base mesh has none"
-        )));
+        let failure =
+            Failure::new(format!("{name}: --bits rounds features and weights, and a base mesh has none"));
+        return Err(failure.try_instead("leave it out"));
     }
     let (input, output) = (arguments.model.display().to_string(), arguments.output.display().to_string());
     let cannot_read = |e: &dyn std::fmt::Display| Failure::new(format!("cannot read {input}: {e}"));
@@ -72,6 +72,12 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         })?
     };
     if let Some(bits) = arguments.bits {
+        if model.field.network().is_none() && model.scalars.is_empty() {
+            let failure = Failure::new(format!("{input}: nothing to round, since levels are integers"));
+            return Err(
+                failure.try_instead("leave --bits out, or learn a smaller model with `ndf fit --size`")
+            );
+        }
         model = model.rounded(Precision::from_bits(bits));
     }
     let cannot_write = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {output}: {e}"));

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf::analysis::mode_scalars;
-use ndf::presets::BASE_FACES;
 use ndf::{
     DistanceOptions, EdgeLength, Fit, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place,
     TriangleMesh, Triangulated,
@@ -17,7 +16,7 @@ use ndf_mesh::{TriangleTree, Vertex};
 use ndf_spectral::ModeOptions;
 use serde_json::json;
 
-use super::fit::learned;
+use super::fit::{learned, rounds};
 use super::sample::Shape;
 use crate::arguments::{Reading, Training};
 use crate::context::Context;
@@ -56,6 +55,7 @@ pub struct Arguments {
 /// If a stage fails or a file cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     let started = Instant::now();
+    let levels = arguments.training.levels(context.seed())?;
     let folder = &arguments.output;
     fs::create_dir_all(folder).map_err(|e| Failure::new(format!("cannot make {}: {e}", folder.display())))?;
     let input = match &arguments.input {
@@ -66,12 +66,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let levels = arguments.training.levels(context.seed())?;
     let opened = open(&input, &arguments.reading, context)?;
     let settings = arguments.training.settings(opened.kind, context.seed());
     let mut fit = Fit::new(&opened).settings(settings);
     if let Some((levels, faces)) = levels {
-        fit = fit.levels(levels).base_faces(faces.unwrap_or(BASE_FACES));
+        fit = fit.levels(levels).base_faces(faces);
     }
     let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {
@@ -190,7 +189,7 @@ fn figures(
             "extracted surface",
             format!("{} faces in {seconds_extracting:.2} s", grouped(surface.face_count())),
         ),
-        ("training", format!("{} epochs in {:.1} s", grouped(report.epochs), report.seconds)),
+        ("training", format!("{} in {:.1} s", rounds(fitted), report.seconds)),
         ("mean distance, base mesh", format!("{} of the diagonal", share(two_sided(&stage.base)))),
         ("mean distance, learned", format!("{} of the diagonal", share(two_sided(&stage.field)))),
         ("largest distance, base mesh", format!("{} of the diagonal", share(stage.base.hausdorff))),
@@ -215,7 +214,7 @@ fn page(
     let learned = &surface;
     let pictures = [
         Figure::of_mesh(&stage.reference, None, "The input", &plain, &progress)?,
-        Figure::of_mesh(base, None, "Its base mesh, on which the field lives", &wired, &progress)?,
+        Figure::of_mesh(base, None, "Its base mesh, from which the field is learned", &wired, &progress)?,
         Figure::of_mesh(learned, None, "The learned surface", &plain, &progress)?,
     ];
     // One scale for both, so that colours compare.
@@ -239,11 +238,19 @@ fn page(
     let rows: Vec<Vec<String>> =
         rows.iter().map(|(label, value)| vec![(*label).to_owned(), value.clone()]).collect();
     let shown = format!("ndf extract model.ndf -o mesh.ply --relative-edge-length {EDGE_LENGTH}");
-    Ok(Report::new(&format!("A neural displacement field of {name}"))
-        .paragraph(
+    let how = match fitted.model.field.levels() {
+        None => {
             "A small network maps the base mesh onto the input. Base mesh, features and network are the model file; \
-             from it a mesh of any resolution is extracted.",
-        )
+             from it a mesh of any resolution is extracted."
+        }
+        Some(_) => {
+            "The base mesh controls a smooth surface, and displacements along its normal, level by level, lead to \
+             the input. Control vertices and displacements are the model file; from it a mesh of any resolution is \
+             extracted."
+        }
+    };
+    Ok(Report::new(&format!("A neural displacement field of {name}"))
+        .paragraph(how)
         .figures(&pictures)
         .table("What came out", &["", ""], &rows)
         .heading("Where it is how far from the input")

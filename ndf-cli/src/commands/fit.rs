@@ -12,6 +12,8 @@ use ndf::presets::BASE_FACES;
 use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh};
 use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshError;
+use ndf_model::levels::LevelsError;
+use ndf_train::levels::LevelFitError;
 use ndf_train::{CheckpointError, LogRecord};
 use serde_json::json;
 
@@ -86,8 +88,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let mut log = arguments.log.as_deref().map(Log::new);
     let settings = arguments.training.settings(opened.kind, context.seed());
-    let suited = levels.and_then(|(_, faces)| faces);
-    let base_faces = arguments.base_faces.map(|n| n as usize).or(suited).unwrap_or(BASE_FACES);
+    let suited = levels.map_or(BASE_FACES, |(_, faces)| faces);
+    let base_faces = arguments.base_faces.map_or(suited, |n| n as usize);
     let mut fit = Fit::new(&opened).settings(settings).base_faces(base_faces).anchors(anchors);
     if let Some((levels, _)) = levels {
         fit = fit.levels(levels);
@@ -129,6 +131,12 @@ pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, F
             FitError::NoBaseMesh(NoBaseMesh::Making(
                 BaseMeshError::NoField | BaseMeshError::Isosurface(_),
             )) => failure.try_instead("bring a base mesh of your own: `ndf fit --base`"),
+            FitError::Levels(LevelFitError::OutOfReach) => {
+                failure.try_instead("check that base mesh and input are in the same units")
+            }
+            FitError::Levels(LevelFitError::Levels(LevelsError::Faces)) => {
+                failure.try_instead("ask for fewer with --base-faces")
+            }
             FitError::Cancelled => {
                 failure.try_instead("nothing was learned, so there is no checkpoint to go on from")
             }
@@ -258,6 +266,10 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
         Some(remark) => format!("{counts}; {remark}"),
         None => counts,
     };
+    let mut training = format!("{} in {:.1} s", rounds(fitted), report.seconds);
+    if fitted.model.field.network().is_some() {
+        training += &format!(", of which projecting {:.1} s", report.seconds_projecting);
+    }
     let mut rows = vec![("input", fitted.kind.to_string())];
     if let Some(level) = fitted.level {
         rows.push(("level", format!("{}, {}", readable(level.value), level.rule)));
@@ -270,20 +282,15 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
             format!("{} rms, {} at most", readable(fitted.distance_rms()), readable(fitted.distance_max())),
         ),
         ("turned against it", format!("{:.3} %", 100.0 * report.flipped_fraction)),
-        (
-            "training",
-            match fitted.checkpoint {
-                Some(_) => format!(
-                    "{} epochs in {:.1} s, of which projecting {:.1} s",
-                    grouped(report.epochs),
-                    report.seconds,
-                    report.seconds_projecting
-                ),
-                None => format!("{} iterations in {:.1} s", report.epochs, report.seconds),
-            },
-        ),
+        ("training", training),
     ]);
     Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))
+}
+
+/// How many epochs a network was trained, or how many iterations levels took.
+pub fn rounds(fitted: &Fitted) -> String {
+    let unit = if fitted.model.field.network().is_some() { "epochs" } else { "iterations" };
+    format!("{} {unit}", grouped(fitted.report.epochs))
 }
 
 /// How a base mesh that was made from an isosurface came about.

@@ -124,11 +124,20 @@ fn of_model(model: &ModelDescription) -> String {
         ("topology", topology(&model.base)),
     ];
     if let Some(levels) = model.levels {
-        rows.push(("levels", format!("{levels} of displacements")));
+        rows.push(("levels of displacements", levels.to_string()));
     } else {
         rows.push(("features", format!("{} a vertex", model.features)));
         rows.push(("network", format!("{} parameters", grouped(model.network_parameters))));
     }
+    let parts = [
+        ("base", bytes.base),
+        ("levels", bytes.levels),
+        ("features", bytes.features),
+        ("network", bytes.network),
+        ("scalars", bytes.scalars),
+    ];
+    let parts = parts.into_iter().filter(|(_, bytes)| *bytes > 0);
+    let parts: Vec<String> = parts.map(|(name, bytes)| format!("{name} {}", grouped(bytes))).collect();
     rows.extend([
         (
             "box",
@@ -138,18 +147,7 @@ fn of_model(model: &ModelDescription) -> String {
                 readable(model.scale.recip())
             ),
         ),
-        (
-            "bytes",
-            format!(
-                "{} (base {}, levels {}, features {}, network {}, scalars {})",
-                grouped(bytes.total),
-                grouped(bytes.base),
-                grouped(bytes.levels),
-                grouped(bytes.features),
-                grouped(bytes.network),
-                grouped(bytes.scalars)
-            ),
-        ),
+        ("bytes", format!("{} ({})", grouped(bytes.total), parts.join(", "))),
     ]);
     if !model.scalars.is_empty() {
         rows.push(("scalars", model.scalars.join(", ")));

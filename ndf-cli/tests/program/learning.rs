@@ -318,7 +318,6 @@ fn levels_are_learned_kept_and_used_like_networks() {
     let bytes = std::fs::metadata(folder.0.join("levels.ndf")).unwrap().len();
     assert_eq!(fit["model_bytes"].as_u64(), Some(bytes));
     assert!(bytes.abs_diff(2000) < 200, "{bytes}");
-    // A network of as many base faces takes three times the bytes and is farther away.
     assert!(fit["projection_rms"].as_f64().unwrap() < 2e-3, "{fit}");
 
     let info = ndf(&folder.0, &["info", "levels.ndf", "--json"]).json();
@@ -341,7 +340,7 @@ fn levels_are_learned_kept_and_used_like_networks() {
     done(&eval);
 
     let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "levels", "--epochs", "10"];
-    assert!(ndf(&folder.0, &refused).sentence().contains("do not go with levels"));
+    assert!(ndf(&folder.0, &refused).sentence().contains("levels are learned without --preset"));
     let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "network", "--size", "5000"];
     assert!(ndf(&folder.0, &refused).sentence().contains("--size is for levels"));
     assert!(!folder.0.join("x.ndf").exists());

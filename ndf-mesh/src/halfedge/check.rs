@@ -122,12 +122,12 @@ impl<H: Copy + Sync> Topology<H> {
     pub fn check(&self) -> Result<(), TopologyError> {
         let halfedges = self.par_halfedges().with_min_len(CHUNK);
         first_error(halfedges.map(|h| self.check_halfedge(h)))?;
-        let is_astray = |&v: &Vertex| {
+        let is_wrong = |&v: &Vertex| {
             let h = self.vertex_halfedge(v);
             h.index() >= self.halfedge_count() || self.tail(h) != v
         };
         let vertices = self.par_vertices().with_min_len(CHUNK);
-        vertices.find_first(is_astray).map_or(Ok(()), |v| Err(TopologyError::Fan(v)))?;
+        vertices.find_first(is_wrong).map_or(Ok(()), |v| Err(TopologyError::Fan(v)))?;
         self.check_fans()
     }
 

@@ -59,7 +59,7 @@ impl OrientedCloud {
     }
 
     /// Whether a foot is missing, or so far that the nearest point tells of a nearer one.
-    fn is_astray(&self, query: &Query, foot: &Answer) -> bool {
+    fn is_wrong(&self, query: &Query, foot: &Answer) -> bool {
         let detour = DETOUR * self.field().spacing();
         query.point.is_finite()
             && !foot.is_ok_and(|foot| {
@@ -69,14 +69,14 @@ impl OrientedCloud {
     }
 
     /// Asks once more, with other guides, where feet are wrong, and takes what is nearer.
-    fn project_astray(
+    fn project_again(
         &self,
         queries: &[Query],
         feet: &mut [Answer],
         with_other_guide: impl Fn(&Query) -> Query,
     ) {
         let wrong: Vec<usize> =
-            (0..queries.len()).filter(|&i| self.is_astray(&queries[i], &feet[i])).collect();
+            (0..queries.len()).filter(|&i| self.is_wrong(&queries[i], &feet[i])).collect();
         let again: Vec<Query> = wrong.iter().map(|&i| with_other_guide(&queries[i])).collect();
         let mut others = vec![Err(Miss::NoCrossing); again.len()];
         self.level_set.project(&again, &mut others);
@@ -101,8 +101,8 @@ impl Surface for OrientedCloud {
             .map(|q| if is_usable(q) || !q.point.is_finite() { *q } else { self.guided(q) })
             .collect();
         self.level_set.project(&guided, feet);
-        self.project_astray(queries, feet, |query| self.guided(query));
-        self.project_astray(queries, feet, |query| Query { normal: None, ..*query });
+        self.project_again(queries, feet, |query| self.guided(query));
+        self.project_again(queries, feet, |query| Query { normal: None, ..*query });
     }
 
     fn tolerance(&self) -> f64 {

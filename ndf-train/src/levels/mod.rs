@@ -60,7 +60,7 @@ impl Budget {
     }
 }
 
-/// Bytes of a base face that make the best of a size: fewer faces with more displacements, or more with fewer, are worse.
+/// Bytes for every base face where nothing else is asked for: what balances control vertices with displacements.
 pub const BYTES_PER_FACE: f64 = 2.2;
 
 impl Default for LevelOptions {
