@@ -208,8 +208,7 @@ impl Checkpoint {
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, CheckpointError> {
-        let truncated = || FileDefect::Truncated("it is truncated".into());
-        let mismatch = |text: &'static str| FileDefect::Mismatch(text.into());
+        let truncated = || FileDefect::truncated("it is truncated");
         let rest = bytes.strip_prefix(MAGIC).ok_or(CheckpointError::Magic)?;
         let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(truncated)?;
         if crc32fast::hash(rest) != u32::from_le_bytes(*sum) {
@@ -224,7 +223,7 @@ impl Checkpoint {
         };
         let length = u64::from_le_bytes(*take(8)?.first_chunk().expect("eight bytes were taken"));
         let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
-            .map_err(|e| FileDefect::Unsupported(format!("its header is of another version ({e})").into()))?;
+            .map_err(|e| FileDefect::unsupported(format!("its header is of another version ({e})")))?;
         let settings = header.settings;
         settings.validate()?;
         let model = Model::from_bytes(take(header.model_bytes)?)?;
@@ -253,21 +252,21 @@ impl Checkpoint {
             return Err(FileDefect::TrailingBytes("its end").into());
         }
         let mlp = Mlp::new(settings.field.mlp(), theta);
-        let mlp = mlp.map_err(|_| mismatch("its network has another shape"))?;
+        let mlp = mlp.map_err(|_| FileDefect::mismatch("its network has another shape"))?;
         let reverse = companions.iter().find(|c| c.name == Cycle::NAME).map(|c| c.parameters.len());
         let expected = settings.reverse_network().map(|shape| shape.parameter_count());
         let not_begun = header.epoch == 0 && reverse.is_none();
         if reverse != expected && !not_begun {
-            return Err(mismatch("its reverse map has another shape").into());
+            return Err(FileDefect::mismatch("its reverse map has another shape").into());
         }
         let time = Duration::try_from_secs_f64(header.seconds).map_err(|e| {
-            FileDefect::Value(format!("it says that training took {} s ({e})", header.seconds).into())
+            FileDefect::value(format!("it says that training took {} s ({e})", header.seconds))
         })?;
         if Some(features.len()) != model.field.network().map(|network| network.features().len()) {
-            return Err(mismatch("its features do not fit its base mesh").into());
+            return Err(FileDefect::mismatch("its features do not fit its base mesh").into());
         }
         if hints.len() != settings.samples || model.field.shape().as_ref() != Some(&settings.field) {
-            return Err(mismatch("its parts have different sizes").into());
+            return Err(FileDefect::mismatch("its parts have different sizes").into());
         }
         let learned = Learned { features, mlp, moments: [of_features, of_theta], grids: header.grids };
         let state = State { learned, companions, epoch: header.epoch, rate_factor: header.rate_factor };

@@ -14,7 +14,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(undecodable)?;
     let scans = reader.pointclouds();
     if scans.is_empty() {
-        return Err(FileDefect::Missing("it holds no scan".into()));
+        return Err(FileDefect::missing("it holds no scan"));
     }
     let mut cloud = RawCloud::default();
     let mut normals = Vec::new();
@@ -23,7 +23,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         // Any number of points could be packed into no bits.
         if scan.records > bytes.len() as u64 {
             let text = format!("it announces {} points in {} bytes", scan.records, bytes.len());
-            return Err(FileDefect::Truncated(text.into()));
+            return Err(FileDefect::truncated(text));
         }
         let points = reader.pointcloud_simple(scan).map_err(undecodable)?;
         for point in points {
@@ -53,7 +53,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
 
 /// What the crate says.
 fn undecodable(error: e57::Error) -> FileDefect {
-    FileDefect::Undecodable(error.to_string().into())
+    FileDefect::undecodable(error.to_string())
 }
 
 /// Which records of a point hold its normal.

@@ -31,12 +31,12 @@ pub fn silence_damaged_laz() {
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let bytes = without_absurdities(bytes)?;
     let decoder = thread::Builder::new().name(DECODER.to_owned()).spawn(move || decode(bytes));
-    let decoder = decoder.map_err(|e| undecodable(format!("no thread to decode it on: {e}")))?;
-    decoder.join().unwrap_or_else(|_| Err(undecodable("its compressed data is damaged".to_owned())))
+    let decoder = decoder.map_err(|e| FileDefect::undecodable(format!("no thread to decode it on: {e}")))?;
+    decoder.join().unwrap_or_else(|_| Err(FileDefect::undecodable("its compressed data is damaged")))
 }
 
 fn decode(bytes: Vec<u8>) -> Parsed {
-    let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| undecodable(e.to_string()))?;
+    let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| FileDefect::undecodable(e.to_string()))?;
     let announced = reader.header().number_of_points();
     let chunk = (CHUNK / u64::from(reader.header().point_format().len()).max(1)).max(1);
     let mut data = PointDataBuilder::new().for_header(reader.header()).build();
@@ -44,7 +44,7 @@ fn decode(bytes: Vec<u8>) -> Parsed {
     while (positions.len() as u64) < announced {
         let read = reader
             .fill_points(chunk, &mut data)
-            .map_err(|e| truncated(format!("it ends within its {announced} points: {e}")))?;
+            .map_err(|e| FileDefect::truncated(format!("it ends within its {announced} points: {e}")))?;
         if read == 0 {
             let found = positions.len() as u64;
             return Err(FileDefect::EndsEarly { items: "points", expected: announced, found });
@@ -54,18 +54,10 @@ fn decode(bytes: Vec<u8>) -> Parsed {
     Ok(RawCloud { positions, normals: None })
 }
 
-fn undecodable(text: String) -> FileDefect {
-    FileDefect::Undecodable(text.into())
-}
-
-fn truncated(text: String) -> FileDefect {
-    FileDefect::Truncated(text.into())
-}
-
 /// A copy of a file in which nothing is left for which the crates would reserve more memory than the file is large:
 /// extended records, which are not needed, are taken out; a table of chunks that announces too many is refused.
 fn without_absurdities(bytes: &[u8]) -> Result<Vec<u8>, FileDefect> {
-    let cut = || FileDefect::Truncated("the header is cut off".into());
+    let cut = || FileDefect::truncated("the header is cut off");
     let mut bytes = bytes.to_vec();
     let &[major, minor] = bytes.get(24..26).ok_or_else(cut)? else { return Err(cut()) };
     if (major, minor) >= (1, 4) {
@@ -77,7 +69,7 @@ fn without_absurdities(bytes: &[u8]) -> Result<Vec<u8>, FileDefect> {
         let word = |at: u64, size: usize| -> Result<u64, FileDefect> {
             let at = usize::try_from(at).map_err(|_| cut())?;
             let found = at.checked_add(size).and_then(|end| bytes.get(at..end));
-            let cut = || FileDefect::Truncated("the table of its chunks is cut off".into());
+            let cut = || FileDefect::truncated("the table of its chunks is cut off");
             let found = found.ok_or_else(cut)?;
             Ok(found.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
         };
@@ -89,7 +81,10 @@ fn without_absurdities(bytes: &[u8]) -> Result<Vec<u8>, FileDefect> {
         }
         let chunks = word(table.checked_add(4).ok_or_else(cut)?, 4)?;
         if chunks > bytes.len() as u64 {
-            return Err(truncated(format!("it announces {chunks} chunks in {} bytes", bytes.len())));
+            return Err(FileDefect::truncated(format!(
+                "it announces {chunks} chunks in {} bytes",
+                bytes.len()
+            )));
         }
     }
     Ok(bytes)

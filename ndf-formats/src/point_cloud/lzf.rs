@@ -9,10 +9,9 @@ const LONGEST_COPY: usize = 264;
 pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, FileDefect> {
     if size / LONGEST_COPY > input.len() {
         let text = format!("{} compressed bytes cannot expand to {size} bytes", input.len());
-        return Err(FileDefect::Truncated(text.into()));
+        return Err(FileDefect::truncated(text));
     }
-    let cut = || FileDefect::Truncated("the compressed data is cut off".into());
-    let wrong = |text: String| FileDefect::Undecodable(text.into());
+    let cut = || FileDefect::truncated("the compressed data is cut off");
     let mut output = Vec::with_capacity(size);
     let mut rest = input;
     let mut byte = || {
@@ -32,7 +31,8 @@ pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, FileDefect> {
                 length += usize::from(byte().ok_or_else(cut)?);
             }
             let back = ((control & 31) << 8) + usize::from(byte().ok_or_else(cut)?) + 1;
-            let before = || wrong("the compressed data refers to bytes before its beginning".to_owned());
+            let before =
+                || FileDefect::undecodable("the compressed data refers to bytes before its beginning");
             let start = output.len().checked_sub(back).ok_or_else(before)?;
             // The copy may overlap what it makes.
             for i in start..start + length + 2 {
@@ -41,7 +41,9 @@ pub(super) fn expand(input: &[u8], size: usize) -> Result<Vec<u8>, FileDefect> {
         }
     }
     if output.len() > size {
-        return Err(wrong(format!("the compressed data expands to more than {size} bytes")));
+        return Err(FileDefect::undecodable(format!(
+            "the compressed data expands to more than {size} bytes"
+        )));
     }
     Ok(output)
 }

@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     };
     let axes = all(["x", "y", "z"]).ok_or_else(|| {
         let names: Vec<&str> = header.fields.iter().map(|f| f.name.as_str()).collect();
-        FileDefect::Missing(format!("it needs the fields x, y and z, but has {}", names.join(", ")).into())
+        FileDefect::missing(format!("it needs the fields x, y and z, but has {}", names.join(", ")))
     })?;
     let normals = all(["normal_x", "normal_y", "normal_z"]);
     let columns: Vec<usize> = axes.into_iter().chain(normals.into_iter().flatten()).collect();
@@ -85,20 +85,19 @@ impl Header {
         let mut start = 0;
         let (mut names, mut sizes, mut kinds, mut counts) = (vec![], vec![], vec![], vec![]);
         let (mut width, mut height, mut points) = (None, None, None);
-        let wrong = |text: String| FileDefect::Value(text.into());
-        let cut_off = || FileDefect::Truncated("the header ends without DATA; the file is cut off".into());
+        let cut_off = || FileDefect::truncated("the header ends without DATA; the file is cut off");
         loop {
             let rest = &bytes[start..];
             let end = rest.iter().position(|&b| b == b'\n').ok_or_else(cut_off)?;
             start += end + 1;
             let line = std::str::from_utf8(&rest[..end]);
-            let line = line.map_err(|_| wrong("the header is not text".to_owned()))?;
+            let line = line.map_err(|_| FileDefect::value("the header is not text"))?;
             let mut words = line.split_whitespace();
             let keyword = words.next().unwrap_or("#");
             let words: Vec<&str> = words.collect();
             let number = || {
                 let word = words.first().and_then(|w| w.parse::<usize>().ok());
-                word.ok_or_else(|| wrong(format!("{keyword} needs a number")))
+                word.ok_or_else(|| FileDefect::value(format!("{keyword} needs a number")))
             };
             match keyword {
                 "FIELDS" | "COLUMNS" => names = words,
@@ -115,18 +114,18 @@ impl Header {
                         Some("binary_compressed") => Data::Compressed,
                         other => {
                             let text = format!("DATA {} is not known", other.unwrap_or("without a word"));
-                            return Err(FileDefect::Unsupported(text.into()));
+                            return Err(FileDefect::unsupported(text));
                         }
                     };
                     let fields = Field::all(&names, &sizes, &kinds, &counts)?;
                     let area = || width?.checked_mul(height.unwrap_or(1));
-                    let neither = || FileDefect::Missing("it says neither POINTS nor WIDTH".into());
+                    let neither = || FileDefect::missing("it says neither POINTS nor WIDTH");
                     let points = points.or_else(area).ok_or_else(neither)?;
                     return Ok(Self { fields, points, data, body: start });
                 }
                 "VERSION" | "VIEWPOINT" => {}
                 _ if keyword.starts_with('#') => {}
-                _ => return Err(wrong(format!("{keyword} is not a keyword of a PCD header"))),
+                _ => return Err(FileDefect::value(format!("{keyword} is not a keyword of a PCD header"))),
             }
         }
     }
@@ -150,23 +149,22 @@ impl Header {
                     "it announces {points} points of at least {record} bytes, but {available} bytes follow the header; the \
                      file is cut off or its header wrong"
                 );
-                Err(FileDefect::Truncated(text.into()))
+                Err(FileDefect::truncated(text))
             }
         }
     }
 
     fn expanded(&self, body: &[u8]) -> Result<Vec<u8>, FileDefect> {
-        let cut_off = |text: String| FileDefect::Truncated(text.into());
         let number = |at: usize| {
             let four = body.get(at..at + 4).and_then(|b| b.try_into().ok());
             let four = four.map(|b| u32::from_le_bytes(b) as usize);
-            four.ok_or_else(|| cut_off("it ends before the compressed data".to_owned()))
+            four.ok_or_else(|| FileDefect::truncated("it ends before the compressed data"))
         };
         let (compressed, size) = (number(0)?, number(4)?);
         self.fits(size, self.record_size())?;
         let data = body.get(8..).and_then(|rest| rest.get(..compressed)).ok_or_else(|| {
             let left = body.len() - 8;
-            cut_off(format!(
+            FileDefect::truncated(format!(
                 "it announces {compressed} compressed bytes, but {left} are left; the file is cut off"
             ))
         })?;
@@ -193,11 +191,11 @@ impl Header {
             let words: Vec<&str> = line.split_whitespace().collect();
             if words.len() != width {
                 let text = format!("point {point} has {} numbers instead of {width}", words.len());
-                return Err(FileDefect::Mismatch(text.into()));
+                return Err(FileDefect::mismatch(text));
             }
             for &column in columns {
                 let word = words[word_of(column)];
-                let wrong = |_| FileDefect::Value(format!("point {point}: {word} is not a number").into());
+                let wrong = |_| FileDefect::value(format!("point {point}: {word} is not a number"));
                 rows.push(word.parse().map_err(wrong)?);
             }
             read += 1;
@@ -215,7 +213,7 @@ impl Field {
         let n = names.len();
         if n == 0 || sizes.len() != n || kinds.len() != n || !(counts.is_empty() || counts.len() == n) {
             let text = "FIELDS, SIZE, TYPE and COUNT do not agree in number";
-            return Err(FileDefect::Mismatch(text.into()));
+            return Err(FileDefect::mismatch(text));
         }
         let field = |i: usize| {
             let count = counts.get(i).map_or(Some(1), |c| c.parse().ok()).filter(|&c: &usize| c <= 1 << 20);
@@ -227,7 +225,7 @@ impl Field {
                 }
                 _ => {
                     let text = format!("the field {} has a SIZE, TYPE or COUNT that is not known", names[i]);
-                    Err(FileDefect::Unsupported(text.into()))
+                    Err(FileDefect::unsupported(text))
                 }
             }
         };

@@ -75,8 +75,8 @@ fn defects_of_text_are_told() {
     let xyz = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     for (text, said) in [
         (format!("7\n{xyz}"), "announces 7 points, but holds 4"),
-        (format!("{xyz}1 2\n"), "line 5 has 2 numbers"),
-        (format!("{xyz}1 2 x\n"), "line 5 holds something other than numbers"),
+        (format!("{xyz}1 2\n"), "line 5: it has 2 numbers"),
+        (format!("{xyz}1 2 x\n"), "line 5: it holds something other than numbers"),
         ("1 2 3\n4 5 6\n".to_owned(), "2 of 2 points"),
         ("1 2 3\n".repeat(9), "1 of 9 points"),
         (String::new(), "it is empty"),

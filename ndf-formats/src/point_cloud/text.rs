@@ -40,17 +40,17 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             _ if columns == 0 && position < HEADINGS => {}
             Some(row) if columns > 0 => {
                 let found = row.len();
-                let text = format!("line {number} has {found} numbers, but those before it have {columns}");
-                return Err(FileDefect::Mismatch(text.into()));
+                let problem = format!("it has {found} numbers, but the lines before have {columns}").into();
+                return Err(FileDefect::Syntax { line: number, problem });
             }
             _ => {
-                let text = format!("line {number} holds something other than numbers");
-                return Err(FileDefect::Value(text.into()));
+                let problem = "it holds something other than numbers".into();
+                return Err(FileDefect::Syntax { line: number, problem });
             }
         }
     }
     if columns == 0 {
-        return Err(FileDefect::Missing("it has no line of three numbers".into()));
+        return Err(FileDefect::missing("it has no line of three numbers"));
     }
     let rows = values.len() / columns;
     let vector = |row: usize, first: usize| DVec3::from_slice(&values[row * columns + first..][..3]);
@@ -63,7 +63,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
         }
         Some(count) if rows as f64 != count => {
             let text = format!("it announces {count} points, but holds {rows}; the file is cut off");
-            return Err(FileDefect::Truncated(text.into()));
+            return Err(FileDefect::truncated(text));
         }
         _ => {}
     }

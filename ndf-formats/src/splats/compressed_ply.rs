@@ -36,7 +36,7 @@ struct Packed {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
-    let bad = |e: serde_ply::DeserializeError| FileDefect::Undecodable(e.to_string().into());
+    let bad = |e: serde_ply::DeserializeError| FileDefect::undecodable(e.to_string());
     let mut reader = PlyReader::from_reader(bytes).map_err(bad)?;
     let (mut ranges, mut packed) = (Vec::<Ranges>::new(), Vec::<Packed>::new());
     while let Some(element) = reader.current_element().cloned() {
@@ -44,7 +44,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         if element.count as u128 * 16 > bytes.len() as u128 && element.name != "sh" {
             let (name, count) = (element.name, element.count);
             let text = format!("element {name} announces {count} rows, more than the file can hold");
-            return Err(FileDefect::Truncated(text.into()).into());
+            return Err(FileDefect::truncated(text).into());
         }
         match element.name.as_str() {
             "chunk" => ranges = reader.next_element().map_err(bad)?,
@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     if packed.len() > ranges.len() * CHUNK {
         let (splats, chunks) = (packed.len(), ranges.len());
         let text = format!("{splats} splats need more than the {chunks} chunks it has");
-        return Err(FileDefect::Mismatch(text.into()).into());
+        return Err(FileDefect::mismatch(text).into());
     }
     Ok(packed.iter().zip(ranges.iter().flat_map(|r| std::iter::repeat_n(r, CHUNK))).map(splat).collect())
 }

@@ -10,7 +10,7 @@ use super::{Splat, SplatError, sigmoid};
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     let file = parse_mesh(bytes, Path::new("splats")).map_err(|e| match e {
         ReadError::Malformed { defect, .. } => defect,
-        other => FileDefect::Undecodable(other.to_string().into()),
+        other => FileDefect::undecodable(other.to_string()),
     })?;
     let column = |name: &'static str| property(&file, name).ok_or(SplatError::MissingProperty(name));
     let opacity = column("opacity")?;

@@ -20,7 +20,7 @@ pub(super) fn begins_within_gzip(bytes: &[u8], magic: &[u8]) -> bool {
 fn inflated(bytes: &[u8], limit: u64) -> Result<Vec<u8>, FileDefect> {
     let mut contents = Vec::new();
     let read = GzDecoder::new(bytes).take(limit).read_to_end(&mut contents);
-    read.map(|_| contents).map_err(|e| FileDefect::Undecodable(format!("as gzip: {e}").into()))
+    read.map(|_| contents).map_err(|e| FileDefect::undecodable(format!("as gzip: {e}")))
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
@@ -41,7 +41,7 @@ impl Header {
     fn parse(bytes: &[u8]) -> Result<Self, SplatError> {
         let word = |i: usize| {
             let word = bytes.get(4 * i..4 * i + 4).and_then(|word| word.try_into().ok());
-            word.map(u32::from_le_bytes).ok_or_else(|| FileDefect::Truncated("the header is cut off".into()))
+            word.map(u32::from_le_bytes).ok_or_else(|| FileDefect::truncated("the header is cut off"))
         };
         let version = word(1)?;
         if !(1..=4).contains(&version) {
@@ -50,7 +50,7 @@ impl Header {
         let fractional_bits = word(3)? >> 8 & 0xff;
         if fractional_bits > 23 {
             let text = format!("positions have {fractional_bits} bits after the point of 24 in all");
-            return Err(FileDefect::Value(text.into()).into());
+            return Err(FileDefect::value(text).into());
         }
         Ok(Self { version, count: word(2)? as usize, fractional_bits })
     }
@@ -81,20 +81,20 @@ fn plain(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
 }
 
 fn too_short(header: &Header) -> FileDefect {
-    FileDefect::Truncated(format!("it announces {} splats, more than its contents hold", header.count).into())
+    FileDefect::truncated(format!("it announces {} splats, more than its contents hold", header.count))
 }
 
 /// Version 4: the number of streams in byte 15, where their table begins in the next four; for each its packed and
 /// unpacked size, then the streams.
 fn zstandard_streams(bytes: &[u8], header: &Header) -> Result<[Vec<u8>; 5], FileDefect> {
-    let cut_off = || FileDefect::Truncated("the table of its streams is cut off".into());
+    let cut_off = || FileDefect::truncated("the table of its streams is cut off");
     let count = usize::from(*bytes.get(15).ok_or_else(cut_off)?);
     let table = bytes.get(16..20).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     let table = table.ok_or_else(cut_off)? as usize;
     let mut at = table.saturating_add(16 * count);
     let mut streams: [Vec<u8>; 5] = Default::default();
     if count < streams.len() {
-        return Err(FileDefect::Mismatch(format!("it has {count} streams instead of at least 5").into()));
+        return Err(FileDefect::mismatch(format!("it has {count} streams instead of at least 5")));
     }
     for (i, (stream, size)) in streams.iter_mut().zip(header.sizes()).enumerate() {
         let entry = table.checked_add(16 * i).and_then(|i| bytes.get(i..i + 8)).ok_or_else(cut_off)?;
@@ -103,9 +103,8 @@ fn zstandard_streams(bytes: &[u8], header: &Header) -> Result<[Vec<u8>; 5], File
             usize::try_from(packed).ok().and_then(|packed| at.checked_add(packed)).ok_or_else(cut_off)?;
         let source = bytes.get(at..end).ok_or_else(cut_off)?;
         at = end;
-        let broken = |e: &dyn std::fmt::Display| {
-            FileDefect::Undecodable(format!("stream {i} as Zstandard: {e}").into())
-        };
+        let broken =
+            |e: &dyn std::fmt::Display| FileDefect::undecodable(format!("stream {i} as Zstandard: {e}"));
         let decoder = ruzstd::decoding::StreamingDecoder::new(source).map_err(|e| broken(&e))?;
         decoder.take(size as u64).read_to_end(stream).map_err(|e| broken(&e))?;
         if stream.len() < size {

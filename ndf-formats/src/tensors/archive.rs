@@ -5,7 +5,7 @@ use std::io::{Cursor, Read};
 use ndf_mesh::io::FileDefect;
 use zip::ZipArchive;
 
-use super::{Contents, TensorError, npy, undecodable};
+use super::{Contents, TensorError, npy};
 
 /// What an entry may grow to when it is unpacked, in sizes of the archive. Weights hardly compress.
 const MOST_GROWTH: u64 = 64;
@@ -19,7 +19,7 @@ pub(super) struct Archive<'a> {
 impl<'a> Archive<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
         let zip = ZipArchive::new(Cursor::new(bytes));
-        let zip = zip.map_err(|e| undecodable(format!("as a zip archive: {e}")))?;
+        let zip = zip.map_err(|e| FileDefect::undecodable(format!("as a zip archive: {e}")))?;
         Ok(Self { zip, limit: MOST_GROWTH * bytes.len() as u64 })
     }
 
@@ -30,15 +30,15 @@ impl<'a> Archive<'a> {
     /// The contents of an entry.
     pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, FileDefect> {
         let of_entry = |what: String| format!("entry {name} of the archive: {what}");
-        let entry = self.zip.by_name(name).map_err(|e| undecodable(of_entry(e.to_string())))?;
+        let entry = self.zip.by_name(name).map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
         let size = entry.size();
         if size > self.limit {
             let text = of_entry(format!("{size} bytes are too many for the size of the file"));
-            return Err(FileDefect::TooLarge(text.into()));
+            return Err(FileDefect::too_large(text));
         }
         let mut contents = Vec::new();
         let read = entry.take(self.limit).read_to_end(&mut contents);
-        read.map_err(|e| undecodable(of_entry(e.to_string())))?;
+        read.map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
         Ok(contents)
     }
 }

@@ -3,7 +3,7 @@
 use hdf5_pure::{File, Group};
 use ndf_mesh::io::FileDefect;
 
-use super::{Contents, Tensor, TensorError, undecodable};
+use super::{Contents, Tensor, TensorError};
 
 /// Groups in groups that are looked into.
 const DEEPEST: usize = 16;
@@ -18,7 +18,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Contents, TensorError> {
 }
 
 fn bad(error: hdf5_pure::Error) -> FileDefect {
-    undecodable(format!("as HDF5: {error}"))
+    FileDefect::undecodable(format!("as HDF5: {error}"))
 }
 
 fn descend(
@@ -36,7 +36,7 @@ fn descend(
         let count = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side));
         if count.is_none_or(|count| count > 16 * bytes) {
             let text = format!("data set {} is larger than the file", join(&name));
-            return Err(FileDefect::Truncated(text.into()));
+            return Err(FileDefect::truncated(text));
         }
         let shape = shape.iter().map(|&side| side as usize).collect();
         // Names of the optimiser and the like are no numbers.
@@ -45,7 +45,7 @@ fn descend(
             contents.tensors.insert(join(&name), tensor);
         }
         if contents.tensors.len() > MOST_SETS {
-            return Err(FileDefect::TooLarge("it has more than ten thousand data sets".into()));
+            return Err(FileDefect::too_large("it has more than ten thousand data sets"));
         }
     }
     if depth < DEEPEST {

@@ -128,16 +128,6 @@ fn foreign_note(foreign: &[String]) -> String {
     format!("; it names classes that are not run: {}", foreign.join(", "))
 }
 
-/// What the decoder of a container says.
-#[cfg(any(feature = "hdf5", feature = "safetensors", feature = "zip"))]
-fn undecodable(text: impl std::fmt::Display) -> FileDefect {
-    FileDefect::Undecodable(text.to_string().into())
-}
-
-fn truncated(text: String) -> FileDefect {
-    FileDefect::Truncated(text.into())
-}
-
 /// The tensors of a file.
 #[derive(Clone, Debug)]
 pub struct TensorFile {
@@ -206,7 +196,7 @@ impl TensorFile {
 #[cfg(feature = "safetensors")]
 pub fn to_safetensors(tensors: &[(String, Tensor)]) -> Result<Vec<u8>, TensorError> {
     use safetensors::tensor::{Dtype, TensorView};
-    let bad = |e: safetensors::SafeTensorError| TensorError::from(undecodable(e));
+    let bad = |e: safetensors::SafeTensorError| TensorError::from(FileDefect::undecodable(e.to_string()));
     let bytes: Vec<Vec<u8>> =
         tensors.iter().map(|(_, t)| t.values.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
     let views = tensors.iter().zip(&bytes).map(|((name, tensor), bytes)| {
@@ -305,7 +295,7 @@ impl Element {
 #[cfg(feature = "safetensors")]
 fn read_safetensors(bytes: &[u8]) -> Result<Contents, TensorError> {
     use safetensors::{Dtype, SafeTensors};
-    let file = SafeTensors::deserialize(bytes).map_err(undecodable)?;
+    let file = SafeTensors::deserialize(bytes).map_err(|e| FileDefect::undecodable(e.to_string()))?;
     let mut contents = Contents::default();
     for (name, view) in file.iter() {
         let element = match view.dtype() {
@@ -321,7 +311,7 @@ fn read_safetensors(bytes: &[u8]) -> Result<Contents, TensorError> {
             other => return Err(TensorError::Kind { name: name.to_owned(), kind: format!("{other:?}") }),
         };
         let tensor = Tensor::new(view.shape().to_vec(), element.numbers(view.data()));
-        let other = || FileDefect::Mismatch(format!("tensor {name} has another size than its shape").into());
+        let other = || FileDefect::mismatch(format!("tensor {name} has another size than its shape"));
         let tensor = tensor.ok_or_else(other)?;
         contents.tensors.insert(name.to_owned(), tensor);
     }

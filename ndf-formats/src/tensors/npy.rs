@@ -2,7 +2,7 @@
 
 use super::array::{array, parse_kind};
 use super::pickle::unpickle;
-use super::{Contents, FileDefect, TensorError, truncated};
+use super::{Contents, FileDefect, TensorError};
 
 const MAGIC: usize = 6;
 
@@ -13,9 +13,9 @@ pub(super) fn read_file(bytes: &[u8]) -> Result<Contents, TensorError> {
 
 /// An array of a name. Objects in it are named by their keys and indices after that.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<Contents, TensorError> {
-    let cut_off = || truncated("the header of an array is cut off".to_owned());
+    let cut_off = || FileDefect::truncated("the header of an array is cut off");
     let (header, data) = split(bytes).ok_or_else(cut_off)?;
-    let unknown = || FileDefect::Value("the header of an array has an unknown form".into());
+    let unknown = || FileDefect::value("the header of an array has an unknown form");
     let header = Header::parse(header).ok_or_else(unknown)?;
     if header.kind.ends_with('O') {
         let (pickle, _) = unpickle(data)?;
@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Contents, TensorError> {
     let (element, swapped) =
         numbers.ok_or_else(|| TensorError::Kind { name: name.to_owned(), kind: header.kind.clone() })?;
     let tensor = array(&header.shape, element, swapped, header.by_columns, data);
-    let tensor = tensor.ok_or_else(|| truncated(format!("array {name} is cut off")))?;
+    let tensor = tensor.ok_or_else(|| FileDefect::truncated(format!("array {name} is cut off")))?;
     Ok(Contents { tensors: [(name.to_owned(), tensor)].into(), foreign: Vec::new() })
 }
 

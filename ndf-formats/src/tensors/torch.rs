@@ -5,7 +5,7 @@ use std::collections::HashMap;
 #[cfg(feature = "zip")]
 use super::archive::{Archive, is_pickle};
 use super::pickle::unpickle;
-use super::{Contents, TensorError, truncated};
+use super::{Contents, FileDefect, TensorError};
 
 /// How the files before version 1.6 begin: protocol 2, then the number 0x1950a86a20f9469cfc6c in ten bytes.
 const LEGACY_MAGIC: [u8; 14] =
@@ -20,12 +20,12 @@ pub(super) fn is_legacy(bytes: &[u8]) -> bool {
 pub(super) fn read_zip(bytes: &[u8]) -> Result<Contents, TensorError> {
     let mut archive = Archive::open(bytes)?;
     let names = archive.names();
-    let none = || super::FileDefect::Missing("it has no data.pkl".into());
+    let none = || FileDefect::missing("it has no data.pkl");
     let pickle_name = names.iter().find(|name| is_pickle(name)).ok_or_else(none)?;
     let folder = pickle_name.strip_suffix("data.pkl").unwrap_or_default().to_owned();
     if archive.read(&format!("{folder}byteorder")).is_ok_and(|order| order.starts_with(b"big")) {
         let text = "its numbers are in big-endian order, which is not supported";
-        return Err(super::FileDefect::Unsupported(text.into()).into());
+        return Err(FileDefect::unsupported(text).into());
     }
     let pickle_bytes = archive.read(pickle_name)?;
     let (pickle, _) = unpickle(&pickle_bytes)?;
@@ -50,7 +50,7 @@ pub(super) fn read_legacy(bytes: &[u8]) -> Result<Contents, TensorError> {
     rest = &rest[end..];
     let mut storages = HashMap::new();
     for key in keys.texts() {
-        let cut_off = || truncated(format!("storage {key} is cut off"));
+        let cut_off = || FileDefect::truncated(format!("storage {key} is cut off"));
         let size = object.storage_element(&key).map_or(4, super::Element::size);
         let (count, after) = rest.split_first_chunk::<8>().ok_or_else(cut_off)?;
         let length = usize::try_from(u64::from_le_bytes(*count)).ok().and_then(|n| n.checked_mul(size));

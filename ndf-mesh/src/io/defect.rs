@@ -82,6 +82,41 @@ pub enum FileDefect {
 }
 
 impl FileDefect {
+    /// [`Truncated`](Self::Truncated), in these words.
+    pub fn truncated(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Truncated(text.into())
+    }
+
+    /// [`Missing`](Self::Missing), in these words.
+    pub fn missing(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Missing(text.into())
+    }
+
+    /// [`Mismatch`](Self::Mismatch), in these words.
+    pub fn mismatch(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Mismatch(text.into())
+    }
+
+    /// [`Value`](Self::Value), in these words.
+    pub fn value(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Value(text.into())
+    }
+
+    /// [`TooLarge`](Self::TooLarge), in these words.
+    pub fn too_large(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::TooLarge(text.into())
+    }
+
+    /// [`Unsupported`](Self::Unsupported), in these words.
+    pub fn unsupported(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Unsupported(text.into())
+    }
+
+    /// [`Undecodable`](Self::Undecodable), in these words.
+    pub fn undecodable(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Undecodable(text.into())
+    }
+
     /// A name of the kind of defect that stays the same between versions, for programs in other languages.
     pub fn code(&self) -> &'static str {
         match self {

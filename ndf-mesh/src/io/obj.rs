@@ -86,7 +86,7 @@ fn refuse_prose(text: &str) -> Result<(), FileDefect> {
     match statements(text).find(is_foreign) {
         Some(s) => {
             let text = format!("it has no vertex, and line {} is no OBJ statement", s.line);
-            Err(FileDefect::Missing(text.into()))
+            Err(FileDefect::missing(text))
         }
         None => Ok(()),
     }

@@ -17,15 +17,15 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = lines(&text);
-    let missing = |what: &'static str| FileDefect::Missing(what.into());
     let wrong = |line: usize, problem: &'static str| FileDefect::Syntax { line, problem: problem.into() };
-    let (line, first) = lines.next().ok_or_else(|| missing("it has no line"))?;
-    let (variant, rest) = after_keyword(first).ok_or_else(|| missing("it does not begin with OFF"))?;
+    let (line, first) = lines.next().ok_or_else(|| FileDefect::missing("it has no line"))?;
+    let (variant, rest) =
+        after_keyword(first).ok_or_else(|| FileDefect::missing("it does not begin with OFF"))?;
     if variant.contains(['4', 'n']) || rest.trim_start().starts_with("BINARY") {
-        return Err(FileDefect::Unsupported(format!("the variant {} is not supported", first.trim()).into()));
+        return Err(FileDefect::unsupported(format!("the variant {} is not supported", first.trim())));
     }
     let (line, counts) = if rest.trim().is_empty() {
-        lines.next().ok_or_else(|| FileDefect::Truncated("it ends before the counts".into()))?
+        lines.next().ok_or_else(|| FileDefect::truncated("it ends before the counts"))?
     } else {
         (line, rest)
     };

@@ -56,8 +56,8 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     let (header, body) = split_header(bytes)?;
     // The last number of a text file need not be followed by white space, but `serde-ply` asks for it.
     let stream = io::Read::chain(header.as_bytes(), io::Read::chain(body, &b"\n"[..]));
-    let mut reader = PlyReader::from_reader(stream)
-        .map_err(|e| FileDefect::Undecodable(format!("header: {}", e.0).into()))?;
+    let mut reader =
+        PlyReader::from_reader(stream).map_err(|e| FileDefect::undecodable(format!("header: {}", e.0)))?;
     let format = reader.header().format;
     let mut vertices = None;
     let mut triangles = Triangles::default();
@@ -80,7 +80,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             _ => read_rows(&mut reader, &element, &mut Columns::default())?,
         }
     }
-    let none = || FileDefect::Missing("it has no element named vertex".into());
+    let none = || FileDefect::missing("it has no element named vertex");
     let (positions, scalars) = vertices.ok_or_else(none)?;
     triangles.into_content(positions, scalars)
 }
@@ -132,7 +132,7 @@ fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), FileDefect> {
         }
         if at.is_none() {
             let text = "the header ends without end_header; the file is cut off";
-            return Err(FileDefect::Truncated(text.into()));
+            return Err(FileDefect::truncated(text));
         }
     }
 }
@@ -147,7 +147,7 @@ fn check_length(element: &ElementDef, format: PlyFormat, available: usize) -> Re
     let (name, count) = (&element.name, element.count);
     if count > 0 && element.properties.is_empty() {
         let text = format!("element {name} announces {count} rows without properties");
-        return Err(FileDefect::Missing(text.into()));
+        return Err(FileDefect::missing(text));
     }
     let needed = (count as u128) * (row as u128);
     if needed > available as u128 + 1 {
@@ -155,11 +155,11 @@ fn check_length(element: &ElementDef, format: PlyFormat, available: usize) -> Re
             "element {name} announces {count} rows of at least {row} bytes, but only {available} bytes follow the header; \
              the file is cut off or its header wrong"
         );
-        return Err(FileDefect::Truncated(text.into()));
+        return Err(FileDefect::truncated(text));
     }
     if count > u32::MAX as usize {
         let text = format!("element {name} has {count} rows, more than 32-bit indices can name");
-        return Err(FileDefect::TooLarge(text.into()));
+        return Err(FileDefect::too_large(text));
     }
     Ok(())
 }
@@ -171,7 +171,7 @@ fn list_of(element: &ElementDef, names: &[&str]) -> Result<usize, FileDefect> {
     };
     let none = || {
         let text = format!("element {} has no list named {}", element.name, names.join(" or "));
-        FileDefect::Missing(text.into())
+        FileDefect::missing(text)
     };
     element.properties.iter().position(is_list).ok_or_else(none)
 }
@@ -184,7 +184,7 @@ fn read_vertices<R: io::BufRead>(
     let named = |name: &str| {
         let found =
             (0..element.properties.len()).find(|&i| element.properties[i].name == name && is_scalar(i));
-        found.ok_or_else(|| FileDefect::Missing(format!("element vertex has no property {name}").into()))
+        found.ok_or_else(|| FileDefect::missing(format!("element vertex has no property {name}")))
     };
     let axes = [named("x")?, named("y")?, named("z")?];
     let mut positions = Vec::with_capacity(element.count);
@@ -240,10 +240,10 @@ fn read_rows<R: io::BufRead>(
         .map_err(|e| {
             let (name, count) = (&element.name, element.count);
             match e.0.kind() {
-                io::ErrorKind::UnexpectedEof => FileDefect::Truncated(
-                    format!("it ends within row {row} of the {count} of element {name}").into(),
-                ),
-                _ => FileDefect::Value(format!("row {row} of element {name}: {}", e.0).into()),
+                io::ErrorKind::UnexpectedEof => FileDefect::truncated(format!(
+                    "it ends within row {row} of the {count} of element {name}"
+                )),
+                _ => FileDefect::value(format!("row {row} of element {name}: {}", e.0)),
             }
         })
 }

@@ -58,12 +58,13 @@ fn announced(bytes: &[u8]) -> Option<usize> {
 }
 
 fn read_binary(bytes: &[u8]) -> Parsed {
-    let cut_off = |text: String| FileDefect::Truncated(text.into());
-    let announced = announced(bytes).ok_or_else(|| cut_off("it ends within its header".to_owned()))?;
+    let announced = announced(bytes).ok_or_else(|| FileDefect::truncated("it ends within its header"))?;
     let (triangles, rest) = bytes[HEADER..].as_chunks::<TRIANGLE>();
     if announced > triangles.len() {
         let found = triangles.len();
-        return Err(cut_off(format!("it announces {announced} triangles but ends after {found}")));
+        return Err(FileDefect::truncated(format!(
+            "it announces {announced} triangles but ends after {found}"
+        )));
     }
     let mut soup = Soup::default();
     for triangle in &triangles[..announced] {
@@ -109,7 +110,7 @@ fn read_text(text: &str) -> Parsed {
         }
     }
     if corners.is_some() || !is_closed {
-        return Err(FileDefect::Truncated("it ends before endsolid; the file is cut off".into()));
+        return Err(FileDefect::truncated("it ends before endsolid; the file is cut off"));
     }
     soup.into_content()
 }

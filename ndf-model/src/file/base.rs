@@ -95,24 +95,24 @@ fn reordered(mesh: &ManifoldMesh, order: &BaseOrder) -> ManifoldMesh {
 }
 
 /// A base mesh as it is read.
-pub(super) struct StoredPositions {
+pub(super) struct ReadBase {
     /// The mesh. Where it has levels, without its positions.
     pub(super) mesh: ManifoldMesh,
     /// Spacing and control vertices of a mesh with levels.
     pub(super) control: Option<(f32, Vec<[i32; 3]>)>,
 }
 
-impl From<ManifoldMesh> for StoredPositions {
+impl From<ManifoldMesh> for ReadBase {
     fn from(mesh: ManifoldMesh) -> Self {
         Self { mesh, control: None }
     }
 }
 
 /// Reads the section. In version 1 it is always plain, without saying so.
-pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<StoredPositions, ModelError> {
+pub(super) fn read(mut r: Reader<'_>, version: u32) -> Result<ReadBase, ModelError> {
     match if version == 1 { PLAIN } else { r.u8()? } {
-        PLAIN => read_plain(r).map(StoredPositions::from),
-        CODED => read_coded(r).map(StoredPositions::from),
+        PLAIN => read_plain(r).map(ReadBase::from),
+        CODED => read_coded(r).map(ReadBase::from),
         LEVELLED if version >= 3 => read_levelled(r),
         other => Err(r.unknown_coding(other)),
     }
@@ -141,6 +141,20 @@ fn manifold(r: &Reader<'_>, positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Resu
     ManifoldMesh::try_from(mesh).map_err(|e| r.defect(FileDefect::from(e)))
 }
 
+/// The connectivity at the beginning of a stream.
+fn read_faces(
+    r: &Reader<'_>,
+    coder: &mut impl Coder,
+    vertices: usize,
+    faces: usize,
+) -> Result<Vec<[u32; 3]>, ModelError> {
+    let (faces, found) = connectivity::decode(coder, faces).map_err(|e| r.defect(e))?;
+    if found == vertices {
+        return Ok(faces);
+    }
+    Err(r.defect(FileDefect::mismatch(format!("it has {found} vertices, not {vertices}"))))
+}
+
 fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
     let exponent = r.u8()? as i8;
@@ -149,11 +163,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
         return Err(r.defect(connectivity::too_many_faces()));
     }
     let mut coder = Decoder::new(r.take(length)?);
-    let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
-    if found != vertices {
-        let text = format!("it has {found} vertices, not {vertices}");
-        return Err(r.defect(FileDefect::Mismatch(text.into())));
-    }
+    let faces = read_faces(&r, &mut coder, vertices, faces)?;
     if exponent == NO_GRID {
         let positions = read_positions(&mut r, vertices)?;
         r.end()?;
@@ -164,7 +174,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     let base = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
     let integers = code_positions(&mut coder, &Predictor::new(&base), &PARALLELOGRAM, vertices, None);
     if coder.is_exhausted() || !coder.is_spent() {
-        return Err(r.defect(FileDefect::Mismatch("its positions do not fit its faces".into())));
+        return Err(r.defect(FileDefect::mismatch("its positions do not fit its faces")));
     }
     let positions: Vec<DVec3> =
         integers.iter().map(|p| Vec3::from(p.map(|q| grid.number(q))).as_dvec3()).collect();
@@ -174,7 +184,7 @@ fn read_coded(mut r: Reader<'_>) -> Result<ManifoldMesh, ModelError> {
     Ok(base.with_positions(positions))
 }
 
-/// Codes positions on a grid, vertex by vertex: what the predictor does not foretell.
+/// Codes positions on a grid, vertex by vertex: the residuals of the prediction.
 fn code_positions(
     coder: &mut impl Coder,
     predictor: &Predictor,
@@ -245,11 +255,14 @@ impl LevelledBase {
     }
 }
 
-fn read_levelled(mut r: Reader<'_>) -> Result<StoredPositions, ModelError> {
+fn read_levelled(mut r: Reader<'_>) -> Result<ReadBase, ModelError> {
     let (vertices, faces) = (r.u32()? as usize, r.u32()? as usize);
+    if faces > MAX_FACES {
+        return Err(r.defect(LevelsError::Faces));
+    }
     let spacing = r.f32()?;
     if !(spacing.is_finite() && spacing > 0.0) {
-        return Err(r.defect(FileDefect::Value("its spacing is not a positive number".into())));
+        return Err(r.defect(FileDefect::value("its spacing is not a positive number")));
     }
     let mut weights = PARALLELOGRAM;
     for weight in weights.as_flattened_mut() {
@@ -267,26 +280,16 @@ fn read_levelled(mut r: Reader<'_>) -> Result<StoredPositions, ModelError> {
     let mut coder = Decoder::new(stream);
     let faces = match plain {
         Some(indices) => indices.as_chunks().0.to_vec(),
-        None => {
-            let (faces, found) = connectivity::decode(&mut coder, faces).map_err(|e| r.defect(e))?;
-            if found != vertices {
-                let text = format!("it has {found} vertices, not {vertices}");
-                return Err(r.defect(FileDefect::Mismatch(text.into())));
-            }
-            faces
-        }
+        None => read_faces(&r, &mut coder, vertices, faces)?,
     };
-    // A vertex takes at least a bit of the stream, or is in a face.
+    // Positions are made for all vertices before it is known that every one has a face.
     if vertices > faces.len().saturating_mul(3) {
-        return Err(r.defect(FileDefect::Mismatch("it has more vertices than corners of faces".into())));
-    }
-    if faces.len() > MAX_FACES {
-        return Err(r.defect(LevelsError::Faces));
+        return Err(r.defect(FileDefect::mismatch("it has more vertices than corners of faces")));
     }
     let mesh = manifold(&r, vec![DVec3::ZERO; vertices], faces)?;
     let control = code_positions(&mut coder, &Predictor::new(&mesh), &weights, vertices, None);
     if coder.is_exhausted() || !coder.has_only_zeros() {
-        return Err(r.defect(FileDefect::Mismatch("its positions do not fit its faces".into())));
+        return Err(r.defect(FileDefect::mismatch("its positions do not fit its faces")));
     }
-    Ok(StoredPositions { mesh, control: Some((spacing, control)) })
+    Ok(ReadBase { mesh, control: Some((spacing, control)) })
 }

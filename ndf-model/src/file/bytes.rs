@@ -15,7 +15,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn truncated(&self) -> ModelError {
-        self.defect(FileDefect::Truncated("it ends too early".into()))
+        self.defect(FileDefect::truncated("it ends too early"))
     }
 
     pub(super) fn defect(&self, defect: impl Into<PartDefect>) -> ModelError {
@@ -23,7 +23,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn unknown_coding(&self, code: u8) -> ModelError {
-        self.defect(FileDefect::Unsupported(format!("coding {code} is not known").into()))
+        self.defect(FileDefect::unsupported(format!("coding {code} is not known")))
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], ModelError> {

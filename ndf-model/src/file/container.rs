@@ -44,13 +44,13 @@ pub(super) fn split(bytes: &[u8]) -> Result<(u32, Vec<Section<'_>>), ModelError>
     if !is_model(bytes) {
         return Err(ModelError::Magic);
     }
-    let cut = ModelError::Header(FileDefect::Truncated("the file is truncated".into()));
+    let cut = ModelError::Header(FileDefect::truncated("the file is truncated"));
     let (Some(version), Some(count)) = (word(8), word(12)) else { return Err(cut) };
     if version == 0 || version > VERSION {
         return Err(ModelError::Version(version));
     }
     if count as usize > MAX_SECTIONS {
-        return Err(ModelError::Header(FileDefect::TooLarge("it announces too many sections".into())));
+        return Err(ModelError::Header(FileDefect::too_large("it announces too many sections")));
     }
     let table_end = 16 + ENTRY * count as usize;
     let Some(header_sum) = word(table_end) else { return Err(cut) };

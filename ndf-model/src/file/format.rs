@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::base::StoredPositions;
+use super::base::ReadBase;
 use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION, WITHOUT_LEVELS};
 use super::levels::LevelCoder;
@@ -57,7 +57,7 @@ impl Model {
             found.map(|(_, payload)| Reader::new(tag, payload)).ok_or(ModelError::Missing(tag))
         };
         let similarity = read_similarity(section("SIML")?)?;
-        let StoredPositions { mesh: base, control } = base::read(section("BASE")?, version)?;
+        let ReadBase { mesh: base, control } = base::read(section("BASE")?, version)?;
         let vertices = base.vertex_count();
         let field = match control {
             None => {

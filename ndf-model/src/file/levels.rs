@@ -147,7 +147,7 @@ pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<Vec<Level>,
     let stream = r.rest();
     if !is_plausible(base, count, stream.len()) {
         return Err(
-            r.defect(FileDefect::TooLarge("it announces more displacements than its bytes can hold".into()))
+            r.defect(FileDefect::truncated("it announces more displacements than its bytes can hold"))
         );
     }
     let mut coder = Decoder::new(stream);

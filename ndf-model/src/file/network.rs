@@ -38,7 +38,7 @@ pub(super) fn read_dimension(r: &mut Reader<'_>) -> Result<usize, ModelError> {
     let dimension = r.u32()? as usize;
     if dimension > MAX_FEATURES {
         let text = format!("{dimension} features a vertex are more than {MAX_FEATURES}");
-        return Err(r.defect(FileDefect::TooLarge(text.into())));
+        return Err(r.defect(FileDefect::too_large(text)));
     }
     Ok(dimension)
 }
@@ -57,7 +57,7 @@ pub(super) fn read_features(
 pub(super) fn read_shape(r: &mut Reader<'_>, features: usize) -> Result<(NetworkShape, u8), ModelError> {
     let code = r.u8()?;
     let Some(activation) = Activation::from_code(code) else {
-        return Err(r.defect(FileDefect::Unsupported(format!("activation {code} is not known").into())));
+        return Err(r.defect(FileDefect::unsupported(format!("activation {code} is not known"))));
     };
     let purpose = r.u8()?;
     let octaves = r.u8()? as usize;

@@ -99,7 +99,7 @@ pub(super) fn read(r: &mut Reader<'_>, groups: Groups<'_>, count: usize) -> Resu
             let length = r.u32()? as usize;
             if !is_plausible(count, length) {
                 let text = "it announces more numbers than its bytes can hold";
-                return Err(r.defect(FileDefect::TooLarge(text.into())));
+                return Err(r.defect(FileDefect::truncated(text)));
             }
             let mut coder = Decoder::new(r.take(length)?);
             let mut models = vec![Integers::new(); groups.count()];

@@ -46,7 +46,7 @@ pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceSca
     let count = r.u32()? as usize;
     if count > MAX_CHANNELS {
         let text = format!("{count} scalar fields announced; at most {MAX_CHANNELS} are supported");
-        return Err(r.defect(FileDefect::TooLarge(text.into())));
+        return Err(r.defect(FileDefect::too_large(text)));
     }
     let channels: Vec<Channel> = (0..count).map(|_| read_channel(&mut r)).collect::<Result<_, _>>()?;
     let dimension = network::read_dimension(&mut r)?;
@@ -56,7 +56,7 @@ pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceSca
         1 => ChannelIndex::Input,
         code => {
             let text = format!("channel index {code} is not known");
-            return Err(r.defect(FileDefect::Unsupported(text.into())));
+            return Err(r.defect(FileDefect::unsupported(text)));
         }
     };
     let shape = ScalarShape { network, index };
@@ -77,7 +77,7 @@ impl SurfaceScalars {
 fn read_channel(r: &mut Reader<'_>) -> Result<Channel, ModelError> {
     let length = r.u8()? as usize;
     let name = String::from_utf8(r.u8s(length)?);
-    let name = name.map_err(|_| r.defect(FileDefect::Value("a name is not ASCII".into())))?;
+    let name = name.map_err(|_| r.defect(FileDefect::value("a name is not ASCII")))?;
     let [least, most, mean, deviation] = [r.f32()?, r.f32()?, r.f32()?, r.f32()?];
     Ok(Channel { name, range: [least, most], mean, deviation })
 }

@@ -279,7 +279,7 @@ fn read<'a>(
     if tensor.dtype() != dtype || !fits {
         let defect =
             format!("{:?} {:?} where {dtype:?} {shape:?} is expected", tensor.dtype(), tensor.shape());
-        let defect = FileDefect::Mismatch(defect.into());
+        let defect = FileDefect::mismatch(defect);
         return Err(TensorsError::Tensor { name: name.to_owned(), defect });
     }
     Ok(tensor.data())

@@ -52,19 +52,19 @@ fn broken(defect: FileDefect) -> LayoutError {
 }
 
 fn missing(text: impl Into<Cow<'static, str>>) -> LayoutError {
-    broken(FileDefect::Missing(text.into()))
+    broken(FileDefect::missing(text))
 }
 
 fn out_of_range(text: impl Into<Cow<'static, str>>) -> LayoutError {
-    broken(FileDefect::Value(text.into()))
+    broken(FileDefect::value(text))
 }
 
 fn unsupported(text: String) -> LayoutError {
-    broken(FileDefect::Unsupported(text.into()))
+    broken(FileDefect::unsupported(text))
 }
 
 fn undecodable(text: impl Into<Cow<'static, str>>) -> LayoutError {
-    broken(FileDefect::Undecodable(text.into()))
+    broken(FileDefect::undecodable(text))
 }
 
 impl NeuralField {
@@ -190,7 +190,7 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
     if parameters.len() < needed {
         let found = parameters.len();
         let text = format!("it has {found} parameters, its networks and grid need {needed}");
-        return Err(broken(FileDefect::Truncated(text.into())));
+        return Err(broken(FileDefect::truncated(text)));
     }
     let grid = &parameters[density_size + colour_size..needed];
     let grid = HashGrid::new(shape, grid.to_vec(), bounds)
@@ -252,7 +252,7 @@ fn graph(
         }
         h = layer
             .and_then(|layer| graph.dense(layer, h))
-            .ok_or_else(|| broken(FileDefect::Mismatch("its layers do not fit".into())))?;
+            .ok_or_else(|| broken(FileDefect::mismatch("its layers do not fit")))?;
         if l + 1 < sizes.len() {
             h = graph.map(Activation::Relu, h);
         }

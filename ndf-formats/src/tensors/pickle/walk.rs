@@ -1,7 +1,7 @@
 //! From the graph of objects to named tensors.
 
 use super::super::array::{array, parse_kind};
-use super::super::{Contents, Element, FileDefect, Tensor, TensorError, truncated};
+use super::super::{Contents, Element, FileDefect, Tensor, TensorError};
 use super::{Id, Object, Pickle};
 
 /// Containers in containers that are looked into.
@@ -76,7 +76,7 @@ impl Walk<'_, '_> {
     fn visit(&mut self, id: Id, path: &str, depth: usize) -> Result<(), TensorError> {
         self.visits += 1;
         if self.visits > MOST_VISITS {
-            return Err(FileDefect::TooLarge("it has too many objects".into()).into());
+            return Err(FileDefect::too_large("it has too many objects").into());
         }
         if depth > DEEPEST {
             return Ok(());
@@ -123,7 +123,7 @@ impl Walk<'_, '_> {
             let kind = "numbers of an unknown kind".to_owned();
             return Err(TensorError::Kind { name: path.to_owned(), kind });
         };
-        let missing = || FileDefect::Missing(format!("storage {key} is missing").into());
+        let missing = || FileDefect::missing(format!("storage {key} is missing"));
         let bytes = (self.storages)(key).ok_or_else(missing)?;
         let stored = bytes.len() / element.size();
         let count = shape.iter().try_fold(1_usize, |n, &side| n.checked_mul(side));
@@ -134,7 +134,7 @@ impl Walk<'_, '_> {
         let fits = shape.len() == strides.len()
             && count.is_some_and(|n| n <= stored && (n == 0 || last.is_some_and(|last| last < stored)));
         let (Some(count), true) = (count, fits) else {
-            return Err(truncated(format!("tensor {path} reaches beyond its storage")).into());
+            return Err(FileDefect::truncated(format!("tensor {path} reaches beyond its storage")).into());
         };
         self.account(path, count, stored)?;
         let number = |i: usize| {
@@ -167,7 +167,8 @@ impl Walk<'_, '_> {
                     return Err(TensorError::Kind { name: path.to_owned(), kind: code.clone() });
                 };
                 let tensor = array(shape, element, *big_endian, by_columns, bytes);
-                let tensor = tensor.ok_or_else(|| truncated(format!("array {path} is cut off")))?;
+                let tensor =
+                    tensor.ok_or_else(|| FileDefect::truncated(format!("array {path} is cut off")))?;
                 self.account(path, tensor.values.len(), tensor.values.len())?;
                 self.insert(path, Some(tensor));
                 Ok(())
@@ -182,7 +183,7 @@ impl Walk<'_, '_> {
         self.numbers += count;
         if self.numbers > MOST_SHARING * self.largest.max(1 << 16) {
             let text = format!("its tensors repeat the same numbers too often, at {path}");
-            return Err(FileDefect::TooLarge(text.into()).into());
+            return Err(FileDefect::too_large(text).into());
         }
         Ok(())
     }

@@ -27,7 +27,7 @@ use ndf_mesh::io::FileDefect;
 const MAX_FACES: usize = 1 << 21;
 
 pub(super) fn too_many_faces() -> FileDefect {
-    FileDefect::TooLarge("it announces more faces than its bytes can hold".into())
+    FileDefect::truncated("it announces more faces than its bytes can hold")
 }
 
 /// Steps are read; there is nothing to know.
@@ -62,12 +62,14 @@ pub(super) fn decode(
     face_count: usize,
 ) -> Result<(Vec<[u32; 3]>, usize), FileDefect> {
     if face_count > MAX_FACES {
-        return Err(too_many_faces());
+        return Err(FileDefect::too_large(format!(
+            "it announces {face_count} faces; at most {MAX_FACES} are read"
+        )));
     }
     let mut machine = Machine::new();
     machine.run(coder, &mut Reading, face_count).map_err(|text| match coder.is_exhausted() {
-        true => FileDefect::Truncated(text.into()),
-        false => FileDefect::Value(text.into()),
+        true => FileDefect::truncated(text),
+        false => FileDefect::value(text),
     })?;
     Ok((machine.faces, machine.degrees.len()))
 }

@@ -48,7 +48,7 @@ fn operations(part: &Part<'_>, state: &State<'_>) -> Result<Recognised, LayoutEr
             "squeeze_last" => h,
             other => {
                 let text = format!("the operation {other} is not known");
-                return Err(part.broken(FileDefect::Unsupported(text.into())));
+                return Err(part.broken(FileDefect::unsupported(text)));
             }
         };
     }

@@ -58,12 +58,12 @@ impl<'a> Part<'a> {
 
     /// A tensor or an output is missing.
     pub(super) fn missing(&self, text: impl Into<Cow<'static, str>>) -> LayoutError {
-        self.broken(FileDefect::Missing(text.into()))
+        self.broken(FileDefect::missing(text))
     }
 
     /// Sizes or shapes contradict each other.
     pub(super) fn mismatch(&self, text: impl Into<Cow<'static, str>>) -> LayoutError {
-        self.broken(FileDefect::Mismatch(text.into()))
+        self.broken(FileDefect::mismatch(text))
     }
 
     /// Whether there is a layer of a name.
