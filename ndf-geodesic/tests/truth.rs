@@ -22,6 +22,12 @@ fn run<'a>(mesh: &'a IntrinsicMesh, sources: &[SurfacePoint]) -> Geodesics<'a> {
     exact_distances(mesh, sources, &ExactOptions::with_windows(), &NoProgress).unwrap()
 }
 
+/// Distances from vertex 0, without windows.
+fn from_first(mesh: &IntrinsicMesh) -> Geodesics<'_> {
+    let source = [SurfacePoint::Vertex(Vertex(0))];
+    exact_distances(mesh, &source, &ExactOptions::default(), &NoProgress).unwrap()
+}
+
 fn random_point(mesh: &IntrinsicMesh, rng: &mut ChaCha8Rng) -> SurfacePoint {
     let face = Face(rng.random_range(0..mesh.face_count() as u32));
     match rng.random_range(0..4) {
@@ -111,13 +117,7 @@ fn spheres_and_cylinders_converge() {
     for level in 2..6 {
         let mesh = manifold(shapes::icosphere(level));
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let geodesics = exact_distances(
-            &intrinsic,
-            &[SurfacePoint::Vertex(Vertex(0))],
-            &ExactOptions::default(),
-            &NoProgress,
-        )
-        .unwrap();
+        let geodesics = from_first(&intrinsic);
         let from = mesh.positions()[0];
         let error = mesh.positions().iter().zip(geodesics.distances());
         errors.push(error.map(|(p, d)| (d - p.dot(from).clamp(-1.0, 1.0).acos()).abs()).fold(0.0, f64::max));
@@ -137,13 +137,7 @@ fn spheres_and_cylinders_converge() {
         let (tube, _) = ndf_mesh::repair::without_unreferenced_vertices(&tube);
         let mesh = manifold(tube);
         let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let geodesics = exact_distances(
-            &intrinsic,
-            &[SurfacePoint::Vertex(Vertex(0))],
-            &ExactOptions::default(),
-            &NoProgress,
-        )
-        .unwrap();
+        let geodesics = from_first(&intrinsic);
         let worst = mesh
             .positions()
             .iter()

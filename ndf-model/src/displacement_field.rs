@@ -167,18 +167,14 @@ impl DisplacementField {
     /// # Errors
     /// If the field has no network, or the numbers do not fit together or are not finite.
     pub fn with_parameters(&self, features: Vec<f32>, parameters: Vec<f32>) -> Result<Self, NetworkError> {
-        self.map_network(|network| network.with_parameters(features, parameters))?
-            .ok_or(NetworkError::NoNetwork)
+        let network = self.network().ok_or(NetworkError::NoNetwork)?;
+        Ok(self.with_network(network.with_parameters(features, parameters)?))
     }
 
-    /// The same base mesh with another network of the same shape, made from the one it has, if it has one.
-    pub(crate) fn map_network<E>(
-        &self,
-        other: impl FnOnce(&IntrinsicNetwork) -> Result<IntrinsicNetwork, E>,
-    ) -> Result<Option<Self>, E> {
-        let Displacement::Network { network, residual } = &self.displacement else { return Ok(None) };
-        let displacement = Displacement::Network { network: other(network)?, residual: *residual };
-        Ok(Some(Self { base: self.base.clone(), displacement }))
+    /// The same base mesh with another network, which takes the place of the one it has.
+    pub(crate) fn with_network(&self, network: IntrinsicNetwork) -> Self {
+        let residual = matches!(self.displacement, Displacement::Network { residual: true, .. });
+        Self { base: self.base.clone(), displacement: Displacement::Network { network, residual } }
     }
 
     /// g at every point; about 3,000 floating-point operations each with the default shape, 300 with levels.

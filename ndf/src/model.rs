@@ -72,8 +72,12 @@ pub trait ModelExt {
     /// The base faces cut by template until no edge is longer than this.
     ///
     /// # Errors
-    /// As [`extract`](Self::extract).
-    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError>;
+    /// As [`extract_with`](Self::extract_with).
+    fn tessellate(
+        &self,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<ManifoldMesh, ExtractionError>;
 
     /// The base mesh. Where the field is one of levels, that is the control mesh of a Loop surface, which lies around it.
     fn base_in_world(&self) -> ManifoldMesh;
@@ -95,9 +99,13 @@ impl ModelExt for Model {
         Ok(Extracted { mesh: to_world(&mesh, &self.similarity), origins, report })
     }
 
-    fn tessellate(&self, edge_length: EdgeLength) -> Result<ManifoldMesh, ExtractionError> {
+    fn tessellate(
+        &self,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<ManifoldMesh, ExtractionError> {
         let length = edge_length.relative(&self.similarity);
-        let found = tessellate(&self.field, length, MAX_FACES)?;
+        let found = tessellate(&self.field, length, MAX_FACES, progress)?;
         Ok(to_world(&found.mesh, &self.similarity))
     }
 

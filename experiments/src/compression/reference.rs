@@ -5,7 +5,8 @@ use ndf_core::{DVec3, NoProgress};
 use ndf_geodesic::{ExactOptions, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
-use ndf_mesh::{Edge, ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_mesh::subdivision::{Refinement, Side};
+use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
 use ndf_model::Similarity;
 use ndf_spectral::{ModeOptions, modes};
 use rayon::prelude::*;
@@ -119,17 +120,14 @@ impl Reference {
 
 /// The same surface, every face parted into four.
 fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
-    let vertices = mesh.vertex_count() as u32;
-    let middle = |e: Edge| {
-        let [a, b] = mesh.topology().edge_vertices(e).map(|v| mesh.positions()[v.index()]);
+    let refinement = Refinement::from_mesh(mesh);
+    let middle = |side: &Side| {
+        let [a, b] = side.ends.map(|v| mesh.positions()[v as usize]);
         0.5 * (a + b)
     };
-    let positions = mesh.positions().iter().copied().chain(mesh.topology().edges().map(middle)).collect();
-    let faces = mesh.face_indices().zip(mesh.faces()).flat_map(|(f, &[a, b, c])| {
-        let [ab, bc, ca] = mesh.topology().face_edges(f).map(|e| vertices + e.0);
-        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-    });
-    let mesh = TriangleMesh::new(positions, faces.collect()).map_err(|e| e.to_string())?;
+    let positions = mesh.positions().iter().copied().chain(refinement.edges().iter().map(middle)).collect();
+    let faces = refinement.refined().faces().to_vec();
+    let mesh = TriangleMesh::new(positions, faces).map_err(|e| e.to_string())?;
     ManifoldMesh::try_from(mesh).map_err(|e| e.to_string())
 }
 

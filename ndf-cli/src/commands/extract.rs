@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let failed = |e: &dyn std::fmt::Display| Failure::new(format!("{}: {e}", arguments.model.display()));
     let length = arguments.edge_length.get();
     let (mesh, report) = if arguments.no_refine {
-        (model.tessellate(length).map_err(|e| failed(&e))?, None)
+        (model.tessellate(length, &context.progress()).map_err(|e| failed(&e))?, None)
     } else {
         let found = model.extract_with(length, &context.progress()).map_err(|e| failed(&e))?;
         (found.mesh, Some(found.report))

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use ndf_core::DVec3;
+use ndf_core::{DVec3, Progress};
 use ndf_mesh::{Face, FacePoint, ManifoldMesh, TriangleMesh, Vertex};
 use ndf_model::DisplacementField;
 
@@ -25,11 +25,13 @@ pub struct Tessellation {
 /// Subdivides until no mapped edge is longer than `edge_length` (normalised). O(n log n).
 ///
 /// # Errors
-/// If the length is not positive, the field not finite, or more than `max_faces` triangles would be needed.
+/// If the length is not positive, the field not finite, or more than `max_faces` triangles would be needed, or the
+/// work is cancelled, which it can be between rounds.
 pub fn tessellate(
     field: &DisplacementField,
     edge_length: f64,
     max_faces: usize,
+    progress: &dyn Progress,
 ) -> Result<Tessellation, ExtractionError> {
     if edge_length.is_nan() || edge_length <= 0.0 {
         return Err(ExtractionError::EdgeLength(edge_length));
@@ -42,6 +44,8 @@ pub fn tessellate(
         if triangles.faces.len().max(min_faces as usize) > max_faces {
             return Err(ExtractionError::TooManyFaces(max_faces));
         }
+        progress.report("extraction", (triangles.faces.len() as f64 / min_faces).min(1.0));
+        progress.check()?;
         if !triangles.subdivide(field, edge_length) {
             break;
         }
@@ -192,6 +196,7 @@ fn pieces(halved: [bool; 3], distance: impl Fn(usize, usize) -> f64) -> Vec<[usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndf_core::NoProgress;
     use ndf_mesh::ValidationReport;
     use ndf_mesh::shapes;
     use ndf_model::FieldShape;
@@ -216,7 +221,7 @@ mod tests {
         for base in [shapes::icosphere(1), shapes::torus(10, 6, 1.0, 0.5), shapes::grid(3, 2)] {
             let field = wavy(base);
             for h in [0.3, 0.1] {
-                let t = tessellate(&field, h, 1_000_000).unwrap();
+                let t = tessellate(&field, h, 1_000_000, &NoProgress).unwrap();
                 assert_eq!(
                     t.mesh.topology().euler_characteristic(),
                     field.base().topology().euler_characteristic()
@@ -237,9 +242,15 @@ mod tests {
     #[test]
     fn long_edges_leave_the_base_alone_and_absurd_lengths_are_refused() {
         let field = wavy(shapes::icosphere(1));
-        assert_eq!(tessellate(&field, 10.0, 1000).unwrap().mesh.faces(), field.base().faces());
-        assert_eq!(tessellate(&field, 1e-9, 1000).unwrap_err(), ExtractionError::TooManyFaces(1000));
-        assert!(matches!(tessellate(&field, -1.0, 1000), Err(ExtractionError::EdgeLength(_))));
-        assert!(matches!(tessellate(&field, f64::NAN, 1000), Err(ExtractionError::EdgeLength(_))));
+        assert_eq!(tessellate(&field, 10.0, 1000, &NoProgress).unwrap().mesh.faces(), field.base().faces());
+        assert_eq!(
+            tessellate(&field, 1e-9, 1000, &NoProgress).unwrap_err(),
+            ExtractionError::TooManyFaces(1000)
+        );
+        assert!(matches!(tessellate(&field, -1.0, 1000, &NoProgress), Err(ExtractionError::EdgeLength(_))));
+        assert!(matches!(
+            tessellate(&field, f64::NAN, 1000, &NoProgress),
+            Err(ExtractionError::EdgeLength(_))
+        ));
     }
 }

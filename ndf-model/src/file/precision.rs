@@ -1,8 +1,6 @@
 //! How finely the numbers of a model are kept. What is on a coarse grid takes few bytes in a file, which loses nothing of
 //! it: to make a model smaller is to move its numbers to coarser grids, at best while it still learns.
 
-use std::convert::Infallible;
-
 use ndf_core::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -174,9 +172,10 @@ impl DisplacementField {
     /// which are integers.
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        let rounded = self.map_network(|network| Ok::<_, Infallible>(network.rounded(precision)));
-        let Ok(rounded) = rounded;
-        rounded.unwrap_or_else(|| self.clone())
+        match self.network() {
+            Some(network) => self.with_network(network.rounded(precision)),
+            None => self.clone(),
+        }
     }
 }
 

@@ -157,45 +157,21 @@ fn every_truncation_and_every_flipped_byte_is_noticed() {
     }
 }
 
-/// Damages a payload and repairs the checksums, so that the section readers themselves are tried.
-#[test]
-fn hostile_payloads_give_errors_or_models_but_no_panic() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    for good in both() {
-        let sections = good.sections();
-        for round in 0..3000 {
-            let mut sections = sections.clone();
-            let payload = &mut sections[[0, 1, 2, 3, 5][round % 5]].1;
-            for _ in 0..rng.random_range(1..4) {
-                // The headers of the sections are the interesting part.
-                let reach = if rng.random_bool(0.5) { 24 } else { payload.len() };
-                let at = rng.random_range(0..payload.len().min(reach));
-                payload[at] = rng.random();
-            }
-            if rng.random_bool(0.2) {
-                payload.truncate(rng.random_range(0..payload.len()));
-            }
-            let _ = Model::from_bytes(&container::join(2, &sections));
-        }
-    }
-}
-
-/// The same of a model of levels.
-#[test]
-fn hostile_levels_give_errors_or_models_but_no_panic() {
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
-    let good = crate::levels::tests::model(&base, crate::levels::tests::levels(&base, 2, 3));
-    let bytes = good.to_bytes();
-    for length in 0..bytes.len() {
-        assert!(Model::from_bytes(&bytes[..length]).is_err());
-    }
+/// Damages one of these payloads and repairs the checksums, so that the section readers themselves are tried; some damage
+/// leaves a model.
+fn hostile(
+    good: &Model,
+    version: u32,
+    payloads: &[usize],
+    rng: &mut ChaCha8Rng,
+    mut read: impl FnMut(Model),
+) {
     let sections = good.sections();
-    let mut read = 0;
     for round in 0..3000 {
         let mut sections = sections.clone();
-        let payload = &mut sections[1 + round % 2].1;
+        let payload = &mut sections[payloads[round % payloads.len()]].1;
         for _ in 0..rng.random_range(1..4) {
+            // The headers of the sections are the interesting part.
             let reach = if rng.random_bool(0.5) { 24 } else { payload.len() };
             let at = rng.random_range(0..payload.len().min(reach));
             payload[at] = rng.random();
@@ -203,14 +179,36 @@ fn hostile_levels_give_errors_or_models_but_no_panic() {
         if rng.random_bool(0.2) {
             payload.truncate(rng.random_range(0..payload.len()));
         }
-        if let Ok(model) = Model::from_bytes(&container::join(3, &sections)) {
-            assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap().to_bytes(), model.to_bytes());
-            read += 1;
+        if let Ok(model) = Model::from_bytes(&container::join(version, &sections)) {
+            read(model);
         }
     }
+}
+
+#[test]
+fn hostile_payloads_give_errors_or_models_but_no_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for good in both() {
+        hostile(&good, 2, &[0, 1, 2, 3, 5], &mut rng, |_| {});
+    }
+}
+
+#[test]
+fn hostile_levels_give_errors_or_models_but_no_panic() {
+    let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
+    let good = crate::levels::tests::model(&base, crate::levels::tests::levels(&base, 2, 3));
+    let bytes = good.to_bytes();
+    for length in 0..bytes.len() {
+        assert!(Model::from_bytes(&bytes[..length]).is_err());
+    }
+    let mut read = 0;
+    hostile(&good, 3, &[1, 2], &mut ChaCha8Rng::seed_from_u64(2), |model| {
+        assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap().to_bytes(), model.to_bytes());
+        read += 1;
+    });
     assert!(read > 50, "{read}");
     // Levels need version 3.
-    assert!(Model::from_bytes(&container::join(2, &sections)).is_err());
+    assert!(Model::from_bytes(&container::join(2, &good.sections())).is_err());
 }
 
 #[test]
