@@ -75,8 +75,8 @@ fn no_mesh(error: &NoMesh) -> Failure {
     }
 }
 
-/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold, repaired
-/// otherwise, or, where that cannot be, its usable triangles; or the mesh of a model.
+/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold,
+/// repaired otherwise, or, where that cannot be, its usable triangles; or the mesh of a model.
 ///
 /// # Errors
 /// If the input cannot be read, or is a model without an edge length.

@@ -5,7 +5,8 @@
 //! for them in random order, without hints. `warm` asks for the same points moved by a thousandth of the
 //! diagonal, hinted with the answers from before the move, in the order of the sampler: what a training step
 //! does. `ray` shoots from the queries, in random order, in random directions. All three trees answer in double precision
-//! on the same queries in turn; ours and parry's must agree. bvh leaves the distance to a triangle to its user; parry's is taken.
+//! on the same queries in turn; ours and parry's must agree. bvh leaves the distance to a triangle to its user; parry's
+//! is taken.
 
 #![allow(clippy::print_stdout)]
 

@@ -94,7 +94,8 @@ impl DisplacementField {
         Ok(Self { base: base.with_positions(rounded), displacement })
     }
 
-    /// The field of levels above a base mesh, whose positions become the control vertices of the levels. O(4^levels · faces).
+    /// The field of levels above a base mesh, whose positions become the control vertices of the levels.
+    /// O(4^levels · faces).
     ///
     /// # Errors
     /// If the levels do not fit the mesh.

@@ -5,8 +5,8 @@ use crate::vertex_functions::VertexFunctions;
 
 impl Modes {
     /// Heat kernel signatures (Sun, Ovsjanikov and Guibas 2009, eq. 4): `Σ exp(−λt) φ(x)²`, the part of a unit of
-    /// heat placed at `x` that is still there after a time `t`. A function for every time, in inverse squared units of length; times
-    /// in squared units of length. What the missing modes would add is below `exp(−λt)` of the last one.
+    /// heat placed at `x` that is still there after a time `t`. A function for every time, in inverse squared units of
+    /// length; times in squared units of length. What the missing modes would add is below `exp(−λt)` of the last one.
     pub fn heat_kernel_signatures(&self, times: &[f64]) -> VertexFunctions {
         self.sums_of_squares(times.len(), |t, lambda| (-lambda * times[t]).exp())
     }

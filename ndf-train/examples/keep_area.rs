@@ -1,5 +1,5 @@
-//! A loss of one's own whose gradient is left to a tape: the map should keep areas, the more the higher on the surface. Weights
-//! are given at the vertices of the base mesh. `cargo run --release -p ndf-train --example keep_area`
+//! A loss of one's own whose gradient is left to a tape: the map should keep areas, the more the higher on the surface.
+//! Weights are given at the vertices of the base mesh. `cargo run --release -p ndf-train --example keep_area`
 
 use std::sync::Arc;
 

@@ -168,9 +168,9 @@ impl Checkpoint {
         Self::from_bytes(&std::fs::read(path)?)
     }
 
-    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints and the order of base faces
-    /// and vertices as u32, then for features, θ and the networks of terms the values, first and second moments as f32; all
-    /// little-endian.
+    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints and the order of base
+    /// faces and vertices as u32, then for features, θ and the networks of terms the values, first and second moments
+    /// as f32; all little-endian.
     fn to_bytes(&self) -> Vec<u8> {
         let model = self.model.to_bytes();
         let State { learned, companions, epoch, rate_factor } = &self.state;

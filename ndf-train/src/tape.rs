@@ -1,5 +1,5 @@
-//! A small tape for reverse-mode differentiation in `f64`: for gradients of a term of the objective that nobody derives by hand,
-//! and for tests of those that somebody did.
+//! A small tape for reverse-mode differentiation in `f64`: for gradients of a term of the objective that nobody derives
+//! by hand, and for tests of those that somebody did.
 //!
 //! ```
 //! use ndf_train::tape::Tape;

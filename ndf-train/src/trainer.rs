@@ -99,8 +99,8 @@ impl<'a> Trainer<'a> {
         Ok(Self::with_state(plan, state, Duration::ZERO))
     }
 
-    /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again: the first epoch
-    /// compares them with those of the checkpoint.
+    /// The run of a checkpoint, to go on where it ended. Terms of one's own and anchors are to be added again: the
+    /// first epoch compares them with those of the checkpoint.
     ///
     /// # Errors
     /// If the base mesh has no area.

@@ -109,8 +109,8 @@ pub struct Fitted {
     pub kind: Kind,
     /// The level of its field, where that was chosen.
     pub level: Option<Level>,
-    /// The base mesh from which the field was learned, in the surface's units: the one that the model keeps, but for a field of
-    /// levels, which keeps control vertices.
+    /// The base mesh from which the field was learned, in the surface's units: the one that the model keeps, but for a
+    /// field of levels, which keeps control vertices.
     pub base: ManifoldMesh,
     /// How it came about, where it was made.
     pub base_report: Option<BaseMeshReport>,
@@ -161,8 +161,8 @@ impl<'a> Fit<'a> {
         self
     }
 
-    /// Learns levels of displacements instead of a network, in fewer bytes at the same distance. Settings of networks and their
-    /// training are refused then, and of the seeds [`LevelOptions::seed`] alone counts.
+    /// Learns levels of displacements instead of a network, in fewer bytes at the same distance. Settings of networks
+    /// and their training are refused then, and of the seeds [`LevelOptions::seed`] alone counts.
     pub fn levels(self, options: LevelOptions) -> Self {
         Self { levels: Some(options), ..self }
     }

@@ -1,5 +1,5 @@
-//! Neural displacement fields: open a surface of any representation, learn it, extract meshes and compute on them. This crate
-//! does what the program `ndf` does, with the same defaults and the same bytes.
+//! Neural displacement fields: open a surface of any representation, learn it, extract meshes and compute on them. This
+//! crate does what the program `ndf` does, with the same defaults and the same bytes.
 //!
 //! ```no_run
 //! use ndf::{DistanceOptions, EdgeLength, Fit, ModelExt, NoProgress, OpenOptions, Place, Triangulated, Vertex};
@@ -16,12 +16,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - **Opening**: [`open()`], [`open_mesh`], [`open_cloud`], [`Opened::from_surface`]; [`describe()`] says what a file holds.
+//! - **Opening**: [`open()`], [`open_mesh`], [`open_cloud`], [`Opened::from_surface`]; [`describe()`] says what a file
+//!   holds.
 //! - **Learning**: [`Fit`], with the [defaults of every kind](presets).
 //! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars`] learns scalars on them.
 //! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model.
 //!
-//! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can be stopped.
+//! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can
+//! be stopped.
 
 pub mod analysis;
 pub mod band;

@@ -12,8 +12,8 @@ use crate::text::grouped;
 
 /// Something that was left out, changed or doubtful, and did not stop the work.
 ///
-/// Programs see a variant with numbers, serialised as an object whose `note` names the variant. `Display` gives a sentence for
-/// people, without the name of the file. Shares are from 0 to 1.
+/// Programs see a variant with numbers, serialised as an object whose `note` names the variant. `Display` gives a
+/// sentence for people, without the name of the file. Shares are from 0 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "note", rename_all = "snake_case")]
 #[non_exhaustive]

@@ -127,8 +127,8 @@ impl Opened {
         surface.as_field().map(|_| surface)
     }
 
-    /// A mesh that stands for the surface in comparisons and pictures: the mesh it is, or its isosurface on a grid of `cells`
-    /// along the longest side.
+    /// A mesh that stands for the surface in comparisons and pictures: the mesh it is, or its isosurface on a grid of
+    /// `cells` along the longest side.
     ///
     /// # Errors
     /// If it is no mesh and has no isosurface, or the observer asks to stop.

@@ -35,8 +35,8 @@ pub enum ScalarsError {
     },
 }
 
-/// Figures of scalars, as `ndf scalars fit --json` has them. Errors are shares of the range of the values; distances are in the
-/// input's units.
+/// Figures of scalars, as `ndf scalars fit --json` has them. Errors are shares of the range of the values; distances
+/// are in the input's units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ScalarFigures {
@@ -80,8 +80,8 @@ pub struct ScalarFigure {
     pub max_error: f64,
 }
 
-/// Learns scalars at the vertices of a mesh near the model's surface (in the same units) and stores them in the model, in the
-/// place of earlier ones of the same names.
+/// Learns scalars at the vertices of a mesh near the model's surface (in the same units) and stores them in the model,
+/// in the place of earlier ones of the same names.
 ///
 /// # Errors
 /// If they cannot be learned or stored, or the observer asks to stop; then the model is as it was.

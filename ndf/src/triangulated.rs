@@ -128,8 +128,8 @@ pub enum DistanceError {
 }
 
 impl Triangulated {
-    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model together with an edge length.
-    /// An edge length for a mesh is left out with a note.
+    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model together with an edge
+    /// length. An edge length for a mesh is left out with a note.
     ///
     /// # Errors
     /// If the file cannot be read, has no faces, is a model without an edge length, or the observer asks to stop.
@@ -236,8 +236,8 @@ impl Triangulated {
         Ok(Distances { values, path })
     }
 
-    /// The eigenmodes with the smallest eigenvalues, in inverse squared units of length. Where the triangles are no manifold,
-    /// those of their tufted cover.
+    /// The eigenmodes with the smallest eigenvalues, in inverse squared units of length. Where the triangles are no
+    /// manifold, those of their tufted cover.
     ///
     /// # Errors
     /// If a vertex has no area, an option is out of range, the modes do not converge, or the observer asks to stop.

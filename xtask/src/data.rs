@@ -1,4 +1,5 @@
-//! The meshes, clouds, networks and splats that tables and some tests use: where each comes from, and whether a folder has it.
+//! The meshes, clouds, networks and splats that tables and some tests use: where each comes from, and whether a folder
+//! has it.
 
 use std::fs;
 use std::path::Path;

@@ -43,8 +43,8 @@ pub(crate) struct Options {
     /// How numbers are kept
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Numbers::Rounded, Numbers::Single])]
     numbers: Vec<Numbers>,
-    /// A Python interpreter with numpy and DracoPy (see experiments/peers/draco.py); without it, meshes are not measured beside
-    /// models
+    /// A Python interpreter with numpy and DracoPy (see experiments/peers/draco.py); without it, meshes are not
+    /// measured beside models
     #[arg(long)]
     python: Option<PathBuf>,
     /// Relative edge length of the meshes on which models are measured; with another than the default, rows are printed

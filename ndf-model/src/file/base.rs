@@ -229,8 +229,8 @@ impl LevelledBase {
         Self { order: order.vertices, connectivity, predictor: Predictor::new(&mesh), mesh }
     }
 
-    /// The section with these control vertices, in the order of the file. Where it costs so little that a reader would not believe
-    /// it, zeros fill it up.
+    /// The section with these control vertices, in the order of the file. Where it costs so little that a reader would
+    /// not believe it, zeros fill it up.
     pub(super) fn write(&self, spacing: f32, control: &[[i32; 3]]) -> Vec<u8> {
         let Self { mesh, connectivity, predictor, .. } = self;
         let mut coder = connectivity.clone().unwrap_or_else(Encoder::new);

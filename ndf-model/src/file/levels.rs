@@ -106,8 +106,8 @@ impl LevelCoder {
         &self.base.order
     }
 
-    /// The sections of base mesh and levels. Where displacements cost so little that a reader would not believe it, zeros fill
-    /// the latter up.
+    /// The sections of base mesh and levels. Where displacements cost so little that a reader would not believe it,
+    /// zeros fill the latter up.
     pub(super) fn write(&self, levels: &Levels) -> [Vec<u8>; 2] {
         let control: Vec<[i32; 3]> = self.order().iter().map(|&v| levels.control[v as usize]).collect();
         let mut w = Writer::default();

@@ -118,8 +118,8 @@ const FINEST_GRID: i8 = -20;
 /// cost.
 const MIN_POSITION_BITS: u32 = 5;
 
-/// The largest spacing of positions, as a multiple of the distance from the surface. Rounding moves a vertex along the normal
-/// by the spacing divided by √12, in the root mean square.
+/// The largest spacing of positions, as a multiple of the distance from the surface. Rounding moves a vertex along the
+/// normal by the spacing divided by √12, in the root mean square.
 const SPACING_BY_DISTANCE: f64 = 2.0;
 
 /// The mesh with positions on a grid: as coarse as precision and distance from the surface allow and no face turns by

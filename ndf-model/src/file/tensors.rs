@@ -11,8 +11,8 @@
 //! | `levels.1.displacements`, `levels.1.step`, … | I32 \[edges below\], F32 \[1\] | levels from the coarsest on |
 //! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
 //!
-//! The metadata `ndf` is a JSON object: `shape` of the field's network or the number of its `levels`, `scalars` (`shape` and `channels` of every set) and
-//! `provenance`.
+//! The metadata `ndf` is a JSON object: `shape` of the field's network or the number of its `levels`, `scalars`
+//! (`shape` and `channels` of every set) and `provenance`.
 
 use std::borrow::Cow;
 use std::collections::HashMap;

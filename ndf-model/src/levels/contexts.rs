@@ -1,5 +1,5 @@
-//! How large a displacement is likely to be, from those that are coded before it: integers alone, so that every machine comes
-//! to the same contexts.
+//! How large a displacement is likely to be, from those that are coded before it: integers alone, so that every machine
+//! comes to the same contexts.
 
 use ndf_mesh::subdivision::{NONE, Refinement};
 
@@ -7,8 +7,8 @@ use ndf_mesh::subdivision::{NONE, Refinement};
 pub const CONTEXTS: usize = 14;
 
 /// What tells of a displacement, in this order: the mean magnitude of the neighbours that share a face with it, and of
-/// those a face further (on both counts those before it), the mean energy of the ends of its edge, of the vertices across it, and
-/// a constant.
+/// those a face further (on both counts those before it), the mean energy of the ends of its edge, of the vertices
+/// across it, and a constant.
 pub const CLUES: usize = 5;
 
 /// Weights of the clues, in 32nds.

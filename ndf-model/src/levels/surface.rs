@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use crate::mapped::Mapped;
 
 /// The limit of a subdivided mesh, as curved triangles through limit points of its finest level: the cubic ones of Vlachos
-/// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the surface is
-/// continuous; it differs from the limit by an error of third order in the length of the finest edges.
+/// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the
+/// surface is continuous; it differs from the limit by an error of third order in the length of the finest edges.
 #[derive(Clone, Debug)]
 pub struct LevelSurface {
     /// How often base faces are split.
@@ -63,8 +63,8 @@ impl LevelSurface {
     /// # Panics
     /// If the face does not exist in the base mesh.
     pub fn at(&self, point: &FacePoint) -> Mapped {
-        // The corners of the base face as rows of barycentric coordinates in the face of the finest level: where the point is,
-        // and how it moves when the base coordinates do.
+        // The corners of the base face as rows of barycentric coordinates in the face of the finest level: where the
+        // point is, and how it moves when the base coordinates do.
         let (mut face, mut b) = (point.face.index(), point.barycentric);
         let mut edges = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
         for _ in 0..self.depth {

@@ -247,7 +247,8 @@ impl<'a, F: ImplicitField> Filling<'a, F> {
 }
 
 /// Whether the level may cross a cube with these corners: there are values on both sides, or one is so close to the
-/// level that its gradient leads there within half a diagonal, as far as any point of the cube is from a corner. Where a corner is not finite the field is asked anyway.
+/// level that its gradient leads there within half a diagonal, as far as any point of the cube is from a corner. Where
+/// a corner is not finite the field is asked anyway.
 fn is_near(corners: &[(f64, DVec3); 8], side: f64, level: f64) -> bool {
     if !corners.iter().all(|(v, g)| v.is_finite() && g.is_finite()) {
         return false;

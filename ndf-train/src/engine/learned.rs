@@ -43,8 +43,8 @@ impl Learned {
         (features, mlp.parameters().to_vec())
     }
 
-    /// The precision to which these numbers are still to be rounded when they are stored. Where nothing was yet learned of the
-    /// rounding, it is finer than asked for, so that it costs next to no accuracy.
+    /// The precision to which these numbers are still to be rounded when they are stored. Where nothing was yet learned
+    /// of the rounding, it is finer than asked for, so that it costs next to no accuracy.
     pub(crate) fn to_be_rounded(&self, precision: Option<Precision>) -> Option<Precision> {
         let finer = |p: Precision| Precision { features: p.features + 3, weights: p.weights + 3, ..p };
         precision.filter(|_| self.grids.is_none()).map(finer)

@@ -20,8 +20,8 @@ use crate::objective::Place;
 use learned::Rounded;
 use optimiser::{AdamStep, FeatureUpdate};
 
-/// What is needed to learn an [`IntrinsicNetwork`](ndf_model::IntrinsicNetwork), besides [what is learned](Learned): all of it
-/// can be made anew.
+/// What is needed to learn an [`IntrinsicNetwork`](ndf_model::IntrinsicNetwork), besides [what is learned](Learned):
+/// all of it can be made anew.
 pub(crate) struct Engine {
     shape: NetworkShape,
     faces: Vec<[u32; 3]>,
@@ -73,8 +73,8 @@ impl Engine {
         self.packed.pack(mlp.parameters());
     }
 
-    /// The gradients of an epoch, as `work` gives them for chunks of samples, over all threads; returns the memory of the first
-    /// chunk with the sums of all. Whatever the number of threads, they are added in order.
+    /// The gradients of an epoch, as `work` gives them for chunks of samples, over all threads; returns the memory of
+    /// the first chunk with the sums of all. Whatever the number of threads, they are added in order.
     pub(crate) fn run<'m, M: Memory>(
         &mut self,
         learned: &Learned,

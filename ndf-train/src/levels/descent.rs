@@ -1,8 +1,8 @@
 //! Rate–distortion coordinate descent: one integer after the other takes the value of least `D + λ · bits`.
 //!
-//! D is the area-weighted mean of the squared distances of the points of the finest level from the surface, linearised around the
-//! feet of their projections: moving point i by x changes its distance by `n_i · x`. Lengths here are in ten-thousandths of the
-//! surface's diagonal.
+//! D is the area-weighted mean of the squared distances of the points of the finest level from the surface, linearised
+//! around the feet of their projections: moving point i by x changes its distance by `n_i · x`. Lengths here are in
+//! ten-thousandths of the surface's diagonal.
 
 use ndf_core::glam::{DMat3, Mat3, Vec3};
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
@@ -156,7 +156,8 @@ impl<'a> Descent<'a> {
         descent
     }
 
-    /// Steps of all levels for this λ: they grow with the number of vertices, so that an integer of every level is worth as much.
+    /// Steps of all levels for this λ: they grow with the number of vertices, so that an integer of every level is
+    /// worth as much.
     pub(super) fn set_steps(&mut self, lambda: f64, factor: f64) {
         for (l, level) in (1..).zip(&mut self.levels) {
             level.step = factor * (lambda * self.hierarchy.level(l).vertex_count() as f64 / 0.2).sqrt();
@@ -225,8 +226,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Takes the present numbers, whose objective is `after`, and dares more from then on; or goes back to those of before, if theirs
-    /// was clearly better, and makes smaller moves. Whether it took them.
+    /// Takes the present numbers, whose objective is `after`, and dares more from then on; or goes back to those of
+    /// before, if theirs was clearly better, and makes smaller moves. Whether it took them.
     pub(super) fn trust(&mut self, after: f64, (before, objective): (State, f64)) -> bool {
         if after <= MAX_GROWTH * objective {
             self.proximity = (0.5 * self.proximity).max(MIN_PROXIMITY);

@@ -1,10 +1,11 @@
 //! Learning the levels of a base mesh from any surface: rate–distortion optimisation of integers.
 //!
-//! The numbers of [`Levels`](ndf_model::levels::Levels) are integers that a file codes in as many bits as they are surprising. The descent looks for
-//! those of least `D + λ · bits`, where D is the mean squared distance from the surface: it alternates between projecting the
-//! points of the finest level and coordinate descent on the linearised distance, and lowers λ from a multiple to its
-//! own value, so that coarse levels and control vertices settle before fine ones are paid for (Ortega & Ramchandran
-//! 1998 for the method, Khodakovsky, Schröder & Sweldens 2000 for subdivision levels as a code of surfaces).
+//! The numbers of [`Levels`](ndf_model::levels::Levels) are integers that a file codes in as many bits as they are
+//! surprising. The descent looks for those of least `D + λ · bits`, where D is the mean squared distance from the
+//! surface: it alternates between projecting the points of the finest level and coordinate descent on the linearised
+//! distance, and lowers λ from a multiple to its own value, so that coarse levels and control vertices settle before
+//! fine ones are paid for (Ortega & Ramchandran 1998 for the method, Khodakovsky, Schröder & Sweldens 2000 for
+//! subdivision levels as a code of surfaces).
 
 mod descent;
 mod influence;
@@ -42,7 +43,8 @@ pub struct LevelOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Budget {
-    /// So many for every face of the base mesh, and no more than bring the distance below a hundred-thousandth of the diagonal.
+    /// So many for every face of the base mesh, and no more than bring the distance below a hundred-thousandth of the
+    /// diagonal.
     PerFace(f64),
     /// About so many.
     Bytes(usize),
@@ -84,8 +86,8 @@ const STEP_FACTOR: f64 = 1.4;
 /// The share of the area without a foot from which a surface is out of reach.
 const MAX_MISSED: f64 = 0.9;
 
-/// Share of the iterations before the grid that go without the finest level: as long as bits cost several times their price, there
-/// is hardly anything on it.
+/// Share of the iterations before the grid that go without the finest level: as long as bits cost several times their
+/// price, there is hardly anything on it.
 const COARSE: f64 = 0.75;
 
 /// Sweeps between two projections.
@@ -103,8 +105,8 @@ const MIN_PRICE: f64 = 1e-9;
 /// Below this root mean square distance, in units, more bytes are not worth having where they are not asked for.
 const CLOSE_ENOUGH: f64 = 0.1;
 
-/// The spacing of control vertices for a price of bits, in units. It is finer than edges are long, in the mean, so that faces keep
-/// their shape, and not so fine that positions exceed what a file holds.
+/// The spacing of control vertices for a price of bits, in units. It is finer than edges are long, in the mean, so that
+/// faces keep their shape, and not so fine that positions exceed what a file holds.
 fn spacing(lambda: f64, mean_edge: f64) -> f64 {
     (3000.0 * lambda.sqrt()).clamp(mean_edge / 4096.0, mean_edge / 4.0)
 }
@@ -141,7 +143,8 @@ pub struct LevelFit {
 }
 
 /// Learns the levels of a base mesh in the box from `surface`, which may be an approximation of `truth` that is cheaper to
-/// project onto; the result is measured against the latter. A function of its arguments alone: the number of threads does not matter.
+/// project onto; the result is measured against the latter. A function of its arguments alone: the number of threads
+/// does not matter.
 ///
 /// # Errors
 /// If the observer asks to stop, or the base mesh is not usable.
@@ -249,9 +252,9 @@ impl Price {
         }
     }
 
-    /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the law above
-    /// has that size, from the distance and the size that there are; then by what the size is off, which is proportional to
-    /// λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
+    /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the
+    /// law above has that size, from the distance and the size that there are; then by what the size is off, which is
+    /// proportional to λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
     fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64) {
         let Some(bytes) = self.bytes else { return };
         let size = sizes.into_iter().sum::<usize>() as f64;

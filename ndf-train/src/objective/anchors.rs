@@ -13,8 +13,8 @@ pub struct Anchors {
 }
 
 impl Anchors {
-    /// Anchors at the points of the base mesh closest to the first of each pair; the second is where the image should be. Both
-    /// are in the coordinates of the surface. Pairs that are not finite are left out.
+    /// Anchors at the points of the base mesh closest to the first of each pair; the second is where the image should
+    /// be. Both are in the coordinates of the surface. Pairs that are not finite are left out.
     pub fn new(base: &StoredBase, pairs: &[(DVec3, DVec3)]) -> Self {
         Self { points: FixedPoints::new(base, pairs) }
     }

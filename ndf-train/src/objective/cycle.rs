@@ -170,8 +170,8 @@ impl Step<'_> {
         forward(simd, phi, activations);
     }
 
-    /// The sum of the loss; writes the derivatives by the output of the network, and those by `points` that do not go through
-    /// it.
+    /// The sum of the loss; writes the derivatives by the output of the network, and those by `points` that do not go
+    /// through it.
     #[inline(always)]
     fn compare(&self, mut network: Option<&mut OwnNetwork>, dy: &mut [Vec3]) -> f64 {
         let mut sum = 0.0;

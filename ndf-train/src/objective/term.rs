@@ -60,8 +60,8 @@ pub trait Term: Send + Sync {
         None
     }
 
-    /// A network of its own, as it is before the first epoch: it is learned with the rest, kept in checkpoints, and handed to
-    /// [`accumulate`](Self::accumulate) as [`Gradients::network`].
+    /// A network of its own, as it is before the first epoch: it is learned with the rest, kept in checkpoints, and
+    /// handed to [`accumulate`](Self::accumulate) as [`Gradients::network`].
     fn network(&self, _seed: u64) -> Option<Mlp> {
         None
     }

@@ -30,8 +30,8 @@ loss_conformance!(cycle_encoding, Cycle::new(&smooth(ReverseMap::Encoding)));
 loss_conformance!(cycle_inverse, Cycle::new(&smooth(ReverseMap::Inverse)));
 loss_conformance!(cycle_of_base, Cycle::of_base(&smooth(ReverseMap::Plain)));
 
-/// Settings whose reverse map has neither kinks nor high frequencies, for differences. Its network is fed the features of the
-/// conformance suite.
+/// Settings whose reverse map has neither kinks nor high frequencies, for differences. Its network is fed the features
+/// of the conformance suite.
 fn smooth(reverse_map: ReverseMap) -> Settings {
     let activation = Activation::Tanh;
     let field = FieldShape::from(NetworkShape { features: 4, activation, ..NetworkShape::default() });

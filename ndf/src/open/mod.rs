@@ -125,8 +125,8 @@ fn open_content(
     Ok(Opened { path: Some(content.path.clone()), ..opened })
 }
 
-/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a cloud
-/// with normals, neighbours of all points.
+/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a
+/// cloud with normals, neighbours of all points.
 ///
 /// # Errors
 /// If it cannot be read, or is of no known kind or malformed.
