@@ -12,7 +12,7 @@
 //! // Lengths are in the units of the scan.
 //! let mesh = Triangulated::from_model(&model, EdgeLength::World(0.5), &NoProgress)?;
 //! let distances = mesh.distances(&[Place::Vertex(Vertex(0))], &DistanceOptions::default(), &NoProgress)?;
-//! assert_eq!(distances.values[0], 0.0);
+//! println!("vertex 1 is {} away", distances.values[1]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
