@@ -637,9 +637,18 @@ class Levels:
 # Model
 
 
+def read_metric(section):
+    """The area of the true surface in the box, and the exponent of distances."""
+    require(section.number("B") == 0, "the metric is written in an unknown way")
+    area, exponent = finite(section.numbers("f", 2))
+    require(area > 0 and 0 <= exponent <= 2, "the metric is out of range")
+    section.end()
+    return [area, exponent]
+
+
 class Model:
     """A field on a base mesh: its `positions` in the box and `faces`; `levels`, or `features` of the vertices and a
-    `network`; `scalars`."""
+    `network`; `metric`, if there is one; `scalars`."""
 
     def __init__(self, version, sections):
         self.version, self.levels = version, None
@@ -660,6 +669,7 @@ class Model:
             self.levels = Levels(section(b"LEVL"), self.base)
         else:
             self.read_network(section(b"FEAT"), section(b"NETW"))
+        self.metric = read_metric(read[b"METR"]) if b"METR" in read else None
         self.provenance = json.loads(read[b"PROV"].data or "{}") if b"PROV" in read else {}
         self.scalars = [ScalarSet(Bytes(data), len(self.positions)) for tag, data in sections if tag == b"SCAL"]
 
@@ -688,6 +698,8 @@ class Model:
         else:
             arrays["features"] = ("f", flat(self.features))
             networks.append(("network", self.network))
+        if self.metric:
+            arrays["metric"] = ("f", self.metric)
         for i, scalars in enumerate(self.scalars):
             arrays[f"scalars.{i}.features"] = ("f", flat(scalars.features))
             networks.append((f"scalars.{i}.network", scalars.network))
@@ -779,6 +791,9 @@ def summary(model):
         yield f"network    {' → '.join(map(str, network.widths))}, {ACTIVATIONS[network.activation][0]}, " + (
             f"{network.octaves} octaves, " + ("residual" if model.residual else "not residual")
         )
+    if model.metric:
+        area, exponent = model.metric
+        yield f"metric     area {area / model.scale**2:.6g}, exponent {exponent:.6g}"
     yield f"scalars    {', '.join(names) or 'none'}"
     yield f"provenance {json.dumps(model.provenance, ensure_ascii=False)}"
 

@@ -30,7 +30,7 @@ fn models() -> Vec<(&'static str, Vec<u8>)> {
     let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
     let StoredBase { mesh: base, similarity, .. } = StoredBase::new(&base, Some(Precision::default()), 0.0);
     let field = DisplacementField::untrained(base, FieldShape::default(), 0).expect("the parts fit");
-    let model = Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() };
+    let model = Model { field, similarity, metric: None, scalars: Vec::new(), provenance: "{}".to_owned() };
     let rounded = model.rounded(Precision::default());
     let tensors = model.to_safetensors().expect("its tensors have different names");
     let options = LevelOptions { iterations: [4, 4], ..LevelOptions::default() };

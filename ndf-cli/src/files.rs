@@ -85,17 +85,19 @@ pub fn read_triangulation(
     context: &Context,
 ) -> Result<Triangulated, Failure> {
     let path = &arguments.input;
-    let found =
-        Triangulated::open(path, arguments.edge_length(), &context.progress()).map_err(
-            |error| match error {
-                NoTriangulation::Mesh(error) => no_mesh(&error),
-                NoTriangulation::Model(error) => no_model(&error),
-                NoTriangulation::NoEdgeLength { .. } => {
-                    Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
-                }
-                error => error.into(),
-            },
-        )?;
+    let mut found = Triangulated::open(path, arguments.edge_length(), &context.progress()).map_err(
+        |error| match error {
+            NoTriangulation::Mesh(error) => no_mesh(&error),
+            NoTriangulation::Model(error) => no_model(&error),
+            NoTriangulation::NoEdgeLength { .. } => {
+                Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
+            }
+            error => error.into(),
+        },
+    )?;
     found.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
+    if arguments.no_metric {
+        found.factors = None;
+    }
     Ok(found)
 }

@@ -5,7 +5,11 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use ndf::{Fit, FitError, OpenOptions, Preset};
+use ndf::{
+    DistanceMethod, DistanceOptions, EdgeLength, Fit, FitError, LengthFactors, NoProgress, OpenOptions,
+    Place, Preset, Triangulated, Vertex,
+};
+use ndf_spectral::ModeOptions;
 use ndf_train::levels::LevelOptions;
 
 /// A folder of its own, removed at the end.
@@ -79,4 +83,65 @@ fn settings_of_networks_are_refused_with_levels() {
     for refused in [fit().epochs(30), fit().preset(Preset::Paper)] {
         assert!(matches!(refused.run(), Err(FitError::NotOfLevels(what)) if what.starts_with("settings")));
     }
+}
+
+/// The metric of a mesh that was learned is its area. Distances and eigenvalues follow it, unless it is left aside.
+#[test]
+fn lengths_follow_the_metric() {
+    let folder = Folder::new("metric");
+    folder.run(&["sample", "mesh", "-o", "a.ply", "--shape", "torus"]);
+    let opened = ndf::open(folder.0.join("a.ply"), &OpenOptions::default()).unwrap();
+    let levels = LevelOptions { levels: Some(2), iterations: [4, 6], ..LevelOptions::default() };
+    let model = Fit::new(&opened).base_faces(300).levels(levels).run().unwrap().model;
+    let area = ndf::read_mesh(folder.0.join("a.ply")).unwrap().mesh.area();
+    let measured = f64::from(model.metric.unwrap().area()) / model.similarity.scale().powi(2);
+    assert!((measured / area - 1.0).abs() < 5e-4, "{measured} for {area}");
+
+    let mut mesh = Triangulated::from_model(&model, EdgeLength::Relative(0.1), &NoProgress).unwrap();
+    let LengthFactors { operators, distances } = mesh.factors.unwrap();
+    assert!((mesh.mesh().area() * operators * operators / measured - 1.0).abs() < 1e-6);
+    assert!(distances > 1.0 && distances < operators, "{distances} {operators}");
+    let measure = |mesh: &Triangulated, method| {
+        let options = DistanceOptions { method, path_to: Some(Place::Vertex(Vertex::new(9))) };
+        let found = mesh.distances(&[Place::Vertex(Vertex::new(0))], &options, &NoProgress).unwrap();
+        (found.values.iter().sum::<f64>(), found.path.unwrap().length)
+    };
+    let options = ModeOptions { count: 5, ..ModeOptions::default() };
+    let values = |mesh: &Triangulated| mesh.modes(&options, &NoProgress).unwrap().eigenvalues;
+    let all = |mesh: &Triangulated| {
+        ([DistanceMethod::Exact, DistanceMethod::Heat].map(|method| measure(mesh, method)), values(mesh))
+    };
+    let (with, eigenvalues_with) = all(&mesh);
+    mesh.factors = None;
+    let (without, eigenvalues_without) = all(&mesh);
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+    for (with, without) in with.into_iter().zip(without) {
+        assert!(is_near(with.0, distances * without.0) && is_near(with.1, distances * without.1));
+    }
+    for (with, without) in eigenvalues_with.iter().zip(&eigenvalues_without).skip(1) {
+        assert!(is_near(*with, without / operators.powi(2)), "{with} {without}");
+    }
+    // A factor of one changes nothing.
+    mesh.factors = Some(LengthFactors::ONE);
+    assert_eq!(all(&mesh), (without, eigenvalues_without));
+
+    std::fs::write(folder.0.join("a.ndf"), model.to_bytes()).unwrap();
+    let asked = [
+        "geodesic",
+        "a.ndf",
+        "-o",
+        "d.ply",
+        "--source-vertex",
+        "0",
+        "--relative-edge-length",
+        "0.1",
+        "--json",
+    ];
+    let json = |more: &[&str]| -> serde_json::Value {
+        let run =
+            Command::new(env!("CARGO_BIN_EXE_ndf")).current_dir(&folder.0).args(asked).args(more).output();
+        serde_json::from_slice(&run.unwrap().stdout).unwrap()
+    };
+    assert_eq!(json(&[])["metric"]["distances"], distances);
+    assert!(json(&["--no-metric"]).get("metric").is_none());
 }

@@ -116,6 +116,17 @@ impl IntrinsicMesh {
         &self.topology
     }
 
+    /// The same surface with all lengths multiplied by one factor.
+    ///
+    /// # Panics
+    /// If the factor is negative or not finite.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        assert!(factor.is_finite() && factor >= 0.0, "lengths times {factor}");
+        self.lengths.iter_mut().for_each(|length| *length *= factor);
+        self
+    }
+
     /// Lengths of all edges.
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
@@ -306,6 +317,17 @@ mod tests {
         assert_relative_eq!(defect, 0.0, epsilon = 1e-9);
         let quality = ndf_mesh::quality::Quality::of(&mesh);
         assert_relative_eq!(intrinsic.delaunay_fraction(), quality.delaunay_fraction, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn a_factor_scales_the_metric_and_one_changes_nothing() {
+        let mesh = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
+        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
+        assert_eq!(intrinsic.clone().scaled(1.0).lengths(), intrinsic.lengths());
+        let larger = intrinsic.clone().scaled(1.5);
+        assert_relative_eq!(larger.total_area(), 2.25 * mesh.area(), max_relative = 1e-12);
+        assert_relative_eq!(larger.smallest_angle(), intrinsic.smallest_angle(), max_relative = 1e-12);
+        assert_eq!(larger.delaunay_fraction(), intrinsic.delaunay_fraction());
     }
 
     #[test]

@@ -39,7 +39,7 @@ fn made() -> Model {
     let features = numbers(base.vertex_count() * shape.network.features);
     let parameters = numbers(shape.mlp().parameter_count());
     let field = DisplacementField::new(base, shape, features, parameters).expect("the parts fit");
-    Model { field, similarity, scalars: Vec::new(), provenance: "{}".to_owned() }
+    Model { field, similarity, metric: None, scalars: Vec::new(), provenance: "{}".to_owned() }
 }
 
 fn bench(name: &str, bytes: &[u8]) {

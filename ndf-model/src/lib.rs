@@ -15,7 +15,7 @@
 //! let similarity = Similarity::from_bounds(&base.bounds());
 //! let positions = base.positions().iter().map(|&p| similarity.to_normalised(p)).collect();
 //! let field = DisplacementField::untrained(base.with_positions(positions), FieldShape::default(), 0)?;
-//! let model = Model { field, similarity, scalars: vec![], provenance: String::new() };
+//! let model = Model { field, similarity, metric: None, scalars: vec![], provenance: String::new() };
 //!
 //! let read = Model::from_bytes(&model.to_bytes())?;
 //! let points = AreaSampler::new(read.field.base()).ok_or("no area")?.sample(100, 0, 0);
@@ -30,6 +30,7 @@ pub mod file;
 pub mod intrinsic_network;
 pub mod levels;
 mod mapped;
+mod metric;
 mod model;
 pub mod scalars;
 mod similarity;
@@ -37,6 +38,7 @@ mod similarity;
 pub use displacement_field::{DisplacementField, FieldShape};
 pub use intrinsic_network::{ChannelIndex, IntrinsicNetwork, NetworkError, NetworkShape};
 pub use mapped::Mapped;
+pub use metric::{LengthFactors, Metric, MetricError};
 pub use model::Model;
 pub use scalars::SurfaceScalars;
 pub use similarity::{BOX_HALF_SIDE, Similarity, SimilarityError};

@@ -30,6 +30,7 @@ mod fit;
 #[cfg(test)]
 mod gradient_tests;
 pub mod levels;
+mod metric;
 pub mod objective;
 mod plan;
 mod provenance;
@@ -43,6 +44,7 @@ mod trainer;
 pub use base::stored_base;
 pub use error::TrainError;
 pub use fit::{Fit, FitReport, Log, LogRecord, fit, train};
+pub use metric::{MetricReport, measure_metric};
 pub use provenance::{level_provenance, provenance};
 pub use settings::{ReverseMap, Schedule, Settings, SettingsError};
 pub use state::{Checkpoint, CheckpointError};

@@ -372,7 +372,7 @@ impl<'a> Trainer<'a> {
             settings: self.plan.settings.clone(),
             state: self.state.clone(),
             hints: self.batch.hints.clone(),
-            model: Model { field, similarity, scalars: Vec::new(), provenance: String::new() },
+            model: Model { field, similarity, metric: None, scalars: Vec::new(), provenance: String::new() },
             order: self.plan.base.order.clone(),
             terms: self.plan.terms(),
             time: self.clock.elapsed(),

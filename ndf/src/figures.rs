@@ -3,6 +3,7 @@
 use ndf_intrinsic::ExtractionReport;
 use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
 use ndf_mesh::{ManifoldMesh, ValidationReport};
+use ndf_train::MetricReport;
 use serde::Serialize;
 
 use crate::band::BandFigures;
@@ -46,6 +47,9 @@ pub struct FitFigures {
     pub flipped_fraction: f64,
     /// Share of the learned surface that could not be projected.
     pub missed_fraction: f64,
+    /// How the metric was measured, where the model has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metric: Option<MetricReport>,
     /// Vertices of the base mesh.
     pub base_vertices: usize,
     /// Faces of the base mesh.
@@ -138,6 +142,7 @@ impl Fitted {
             cycle_loss: report.cycle_loss,
             flipped_fraction: report.flipped_fraction,
             missed_fraction: report.missed_fraction,
+            metric: self.metric_report,
             base_vertices: self.base.vertex_count(),
             base_faces: self.base.face_count(),
             model_bytes: self.model.section_sizes().total,

@@ -12,8 +12,8 @@ use ndf_surfaces::narrow_band::BandError;
 use ndf_train::levels::{LevelFit, LevelFitError, LevelOptions, fit_levels};
 use ndf_train::objective::Term;
 use ndf_train::{
-    Checkpoint, FitReport, LogRecord, Settings, TrainError, Trainer, level_provenance, provenance,
-    stored_base, train,
+    Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, level_provenance,
+    measure_metric, provenance, stored_base, train,
 };
 
 use crate::band::BandFigures;
@@ -116,6 +116,8 @@ pub struct Fitted {
     pub base_report: Option<BaseMeshReport>,
     /// How far the cached copy of the field was right, where there was one.
     pub band: Option<BandFigures>,
+    /// How the metric of the model was measured, where it has one.
+    pub metric_report: Option<MetricReport>,
     /// Enough to go on: from the end, or from where the run was stopped. A field of levels has none.
     pub checkpoint: Option<Checkpoint>,
     /// What was left out, or is doubtful.
@@ -219,8 +221,8 @@ impl<'a> Fit<'a> {
         self
     }
 
-    /// Reports to this observer, which may stop the run: before training with [`FitError::Cancelled`], then with what is
-    /// learned so far and a checkpoint to go on from.
+    /// Reports to this observer, which may stop the run: before training with [`FitError::Cancelled`], then with what
+    /// is learned so far and a checkpoint to go on from.
     pub fn progress(self, progress: &'a dyn Progress) -> Self {
         Self { progress, ..self }
     }
@@ -277,7 +279,7 @@ impl<'a> Fit<'a> {
         let file_name = opened.path.as_deref().and_then(std::path::Path::file_name);
         let file_name = file_name.map(|name| name.to_string_lossy());
         let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
-        let fitted = |model: Model, report, checkpoint, notes: Notes<'_>| Fitted {
+        let fitted = |model: Model, report, metric_report, checkpoint, notes: Notes<'_>| Fitted {
             base,
             model,
             report,
@@ -285,6 +287,7 @@ impl<'a> Fit<'a> {
             level: opened.level,
             base_report,
             band: band.as_ref().map(|band| band.figures),
+            metric_report,
             checkpoint,
             notes: notes.all,
         };
@@ -296,8 +299,12 @@ impl<'a> Fit<'a> {
                     fit_levels(surface, &*opened.surface, similarity, &mesh, &levels, progress)?;
                 notes.add_result(&report);
                 let provenance = level_provenance(program, file_name.as_deref(), &levels, &report);
-                let model = Model { field, similarity, scalars, provenance };
-                return Ok(fitted(model, report, None, notes));
+                let measured = field.level_surface().and_then(|finest| {
+                    measure_metric(&*opened.surface, &similarity, finest.points(), finest.faces())
+                });
+                let (metric, metric_report) = measured.unzip();
+                let model = Model { field, similarity, metric, scalars, provenance };
+                return Ok(fitted(model, report, metric_report, None, notes));
             }
             (_, Start::Resumed(checkpoint)) => Trainer::resumed(surface, *checkpoint)?,
             (None, Start::Fresh(base)) => Trainer::with_stored_base(surface, *base, &settings)?,
@@ -316,8 +323,9 @@ impl<'a> Fit<'a> {
         drop(trainer);
         notes.add_training(&fit.report, checkpoint.settings(), progress.cancelled());
         let provenance = provenance(program, file_name.as_deref(), checkpoint.settings(), &fit.report);
-        let model = Model { field: fit.field, similarity: fit.similarity, scalars, provenance };
-        Ok(fitted(model, fit.report, Some(checkpoint), notes))
+        let (similarity, metric) = (fit.similarity, None);
+        let model = Model { field: fit.field, similarity, metric, scalars, provenance };
+        Ok(fitted(model, fit.report, None, Some(checkpoint), notes))
     }
 }
 

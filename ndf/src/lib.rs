@@ -61,8 +61,8 @@ pub use triangulated::{
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_geodesic::Path;
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
-pub use ndf_model::Model;
-pub use ndf_train::{Checkpoint, FitReport, Settings};
+pub use ndf_model::{LengthFactors, Model};
+pub use ndf_train::{Checkpoint, FitReport, MetricReport, Settings};
 
 /// The examples of the repository's README are tests.
 #[cfg(doctest)]

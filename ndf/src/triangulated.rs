@@ -7,7 +7,7 @@ use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, exact_distances};
 use ndf_intrinsic::{ExtractionError, IntrinsicMesh};
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::{ManifoldMesh, NotManifold, SurfacePoint, TriangleMesh, TriangleTree, Vertex, repair};
-use ndf_model::Model;
+use ndf_model::{LengthFactors, Model};
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, SpectralError};
 
 use crate::analysis::closest_point;
@@ -22,6 +22,9 @@ pub struct Triangulated {
     pub triangles: Triangles,
     /// What was repaired.
     pub notes: Vec<Note>,
+    /// By what lengths are multiplied for distances and modes: those of the metric that a model carries. `None` for
+    /// meshes, and for models without one; set it so to measure lengths as they are.
+    pub factors: Option<LengthFactors>,
 }
 
 /// Triangles, repaired where that was needed.
@@ -153,7 +156,8 @@ impl Triangulated {
         Ok(found)
     }
 
-    /// A mesh with its vertex order where it is a manifold, otherwise repaired; where that cannot be, its usable triangles.
+    /// A mesh with its vertex order where it is a manifold, otherwise repaired; where that cannot be, its usable
+    /// triangles.
     pub fn from_mesh(mesh: TriangleMesh) -> Self {
         if let Ok(mesh) = ManifoldMesh::try_from(mesh.clone()) {
             return mesh.into();
@@ -161,17 +165,17 @@ impl Triangulated {
         match repair::repaired(&mesh) {
             Ok(repaired) => {
                 let notes = repaired.notes.into_iter().map(Note::from).collect();
-                Self { triangles: Triangles::Manifold(repaired.mesh), notes }
+                Self { triangles: Triangles::Manifold(repaired.mesh), notes, factors: None }
             }
             Err(reason) => {
                 let usable = repair::without_unusable_faces(&repair::welded(&mesh, 0.0));
                 let mesh = repair::without_unreferenced_vertices(&usable).0;
-                Self { triangles: Triangles::Soup { mesh, reason }, notes: Vec::new() }
+                Self { triangles: Triangles::Soup { mesh, reason }, notes: Vec::new(), factors: None }
             }
         }
     }
 
-    /// The mesh of a model.
+    /// The mesh of a model, with the factors of its metric.
     ///
     /// # Errors
     /// See [`ModelExt::extract_with`].
@@ -180,7 +184,10 @@ impl Triangulated {
         edge_length: EdgeLength,
         progress: &dyn Progress,
     ) -> Result<Self, ExtractionError> {
-        model.extract_with(edge_length, progress).map(|found| found.mesh.into())
+        let mesh = model.extract_with(edge_length, progress)?.mesh;
+        let area = mesh.area() * model.similarity.scale().powi(2);
+        let factors = model.metric.map(|metric| metric.factors(area));
+        Ok(Self { factors, ..mesh.into() })
     }
 
     /// The triangles.
@@ -202,6 +209,11 @@ impl Triangulated {
         }
     }
 
+    /// The factors that are applied.
+    fn applied(&self) -> LengthFactors {
+        self.factors.unwrap_or(LengthFactors::ONE)
+    }
+
     /// Distances of all vertices from the nearest source.
     ///
     /// # Errors
@@ -217,7 +229,7 @@ impl Triangulated {
         let point = |place: &Place| found(mesh, &tree, *place);
         let sources: Vec<SurfacePoint> = sources.iter().map(point).collect::<Result<_, _>>()?;
         let target = options.path_to.as_ref().map(point).transpose()?;
-        let mesh = IntrinsicMesh::from_mesh(mesh);
+        let mesh = IntrinsicMesh::from_mesh(mesh).scaled(self.applied().distances);
         let exact = ExactOptions { keep_windows: target.is_some(), ..ExactOptions::default() };
         if options.method == DistanceMethod::Exact {
             let geodesics = exact_distances(&mesh, &sources, &exact, progress)?;
@@ -244,7 +256,8 @@ impl Triangulated {
     pub fn modes(&self, options: &ModeOptions, progress: &dyn Progress) -> Result<Modes, SpectralError> {
         let operator = match &self.triangles {
             Triangles::Manifold(mesh) => {
-                LaplaceBeltrami::new(&IntrinsicMesh::from_mesh(mesh), options.operator)
+                let mesh = IntrinsicMesh::from_mesh(mesh).scaled(self.applied().operators);
+                LaplaceBeltrami::new(&mesh, options.operator)
             }
             Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options.operator),
         };
@@ -254,7 +267,7 @@ impl Triangulated {
 
 impl From<ManifoldMesh> for Triangulated {
     fn from(mesh: ManifoldMesh) -> Self {
-        Self { triangles: Triangles::Manifold(mesh), notes: Vec::new() }
+        Self { triangles: Triangles::Manifold(mesh), notes: Vec::new(), factors: None }
     }
 }
 

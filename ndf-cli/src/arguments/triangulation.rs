@@ -18,6 +18,10 @@ pub struct TriangulationArguments {
     /// The same in the box [-1.5, 1.5]³ that the base mesh fills.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     relative_edge_length: Option<f64>,
+    /// Measure lengths on the mesh of a model as they are, without the metric of the true surface that the model
+    /// carries.
+    #[arg(long)]
+    pub no_metric: bool,
 }
 
 impl TriangulationArguments {

@@ -104,6 +104,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("unreached", grouped(unreached)),
         ("time", format!("{seconds:.3} s")),
     ];
+    if let Some(factors) = found.factors {
+        json["metric"] = json!(factors);
+        rows.push(("metric", format!("lengths times {:.5}", factors.distances)));
+    }
     if let Some(path) = path {
         rows.push(("path", format!("{} in {} pieces", readable(path.length), path.points.len() - 1)));
         json["path"] = described(&path, mesh);

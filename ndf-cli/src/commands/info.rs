@@ -134,10 +134,18 @@ fn of_model(model: &ModelDescription) -> String {
         ("levels", bytes.levels),
         ("features", bytes.features),
         ("network", bytes.network),
+        ("metric", bytes.metric),
         ("scalars", bytes.scalars),
     ];
     let parts = parts.into_iter().filter(|(_, bytes)| *bytes > 0);
     let parts: Vec<String> = parts.map(|(name, bytes)| format!("{name} {}", grouped(bytes))).collect();
+    if let Some(metric) = &model.metric {
+        let area = readable(metric.area);
+        rows.push((
+            "metric",
+            format!("the true surface has an area of {area}; distances take its power {}", metric.exponent),
+        ));
+    }
     rows.extend([
         (
             "box",

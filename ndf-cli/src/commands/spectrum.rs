@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let mesh = triangulated.mesh();
     let seconds = started.elapsed().as_secs_f64();
     write_mesh(&arguments.output, mesh, &mode_scalars(&found))?;
-    let json = json!({
+    let mut json = json!({
         "seconds": seconds,
         "eigenvalues": found.eigenvalues,
         "residual_max": found.max_residual(),
@@ -65,12 +65,16 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     });
     let shown: Vec<String> = found.eigenvalues.iter().take(8).map(|&x| readable(x)).collect();
     let more = if found.eigenvalues.len() > 8 { ", …" } else { "" };
-    let rows = [
+    let mut rows = vec![
         ("vertices", grouped(mesh.vertex_count())),
         ("eigenvalues", format!("{}{more}", shown.join(", "))),
         ("largest residual", readable(found.max_residual())),
         ("time", format!("{seconds:.2} s")),
     ];
+    if let Some(factors) = triangulated.factors {
+        json["metric"] = json!(factors);
+        rows.push(("metric", format!("lengths times {:.5}", factors.operators)));
+    }
     let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: {} modes\n{}", found.eigenvalues.len(), table(&rows))))
 }

@@ -5,12 +5,13 @@ use safetensors::tensor::SafeTensorError;
 
 use crate::intrinsic_network::{NetworkError, ShapeError};
 use crate::levels::LevelsError;
+use crate::metric::MetricError;
 use crate::scalars::ScalarsError;
 use crate::similarity::SimilarityError;
 
-/// The version of files with levels. All up to it are read.
+/// The version of files with levels or a metric. All up to it are read.
 pub(super) const VERSION: u32 = 3;
-/// The version of files without levels, which programs before version 3 read.
+/// The version of other files, which programs before version 3 read.
 pub(super) const WITHOUT_LEVELS: u32 = 2;
 
 /// Why bytes are not a model.
@@ -63,6 +64,9 @@ pub enum PartDefect {
     /// Levels of displacements.
     #[error(transparent)]
     Levels(#[from] LevelsError),
+    /// The metric of the true surface.
+    #[error(transparent)]
+    Metric(#[from] MetricError),
     /// Scalar fields.
     #[error(transparent)]
     Scalars(#[from] ScalarsError),
@@ -73,7 +77,7 @@ impl PartDefect {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Data(defect) => defect.code(),
-            Self::Similarity(_) => "invalid_value",
+            Self::Similarity(_) | Self::Metric(_) => "invalid_value",
             Self::Shape(_) | Self::Network(NetworkError::Shape(_)) => "too_large",
             Self::Scalars(ScalarsError::Network(error)) => Self::Network(error.clone()).code(),
             Self::Scalars(ScalarsError::TooMany(_)) => "too_large",

@@ -10,7 +10,7 @@ use super::base::ReadBase;
 use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION, WITHOUT_LEVELS};
 use super::levels::LevelCoder;
-use super::{base, container, levels, network, scalars};
+use super::{base, container, levels, metric, network, scalars};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::levels::Levels;
 use crate::model::Model;
@@ -28,6 +28,8 @@ pub struct SectionSizes {
     pub network: usize,
     /// Levels.
     pub levels: usize,
+    /// Metric of the true surface.
+    pub metric: usize,
     /// Scalar fields.
     pub scalars: usize,
     /// The whole file.
@@ -42,7 +44,8 @@ impl Model {
 
     /// The bytes of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let version = if self.field.levels().is_some() { VERSION } else { WITHOUT_LEVELS };
+        let is_new = self.field.levels().is_some() || self.metric.is_some();
+        let version = if is_new { VERSION } else { WITHOUT_LEVELS };
         container::join(version, &self.sections())
     }
 
@@ -79,13 +82,15 @@ impl Model {
                     .map_err(|e| ModelError::Section { section: levels::TAG, defect: e.into() })?
             }
         };
+        let metric = sections.iter().find(|(tag, _)| tag == metric::TAG.as_bytes());
+        let metric = metric.map(|(_, p)| metric::read(Reader::new(metric::TAG, p))).transpose()?;
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
         let scalars = sections.iter().filter(|(tag, _)| tag == scalars::TAG.as_bytes());
         let scalars = scalars.map(|(_, p)| scalars::read(Reader::new(scalars::TAG, p), vertices));
         let scalars = scalars.collect::<Result<_, _>>()?;
-        Ok(Self { field, similarity, scalars, provenance })
+        Ok(Self { field, similarity, metric, scalars, provenance })
     }
 
     /// Reads a model file.
@@ -106,6 +111,7 @@ impl Model {
                 "FEAT" => sizes.features = payload.len(),
                 "NETW" => sizes.network = payload.len(),
                 levels::TAG => sizes.levels = payload.len(),
+                metric::TAG => sizes.metric = payload.len(),
                 scalars::TAG => sizes.scalars += payload.len(),
                 _ => {}
             }
@@ -138,6 +144,7 @@ impl Model {
             network::write_parameters(&mut perceptron, &network);
             sections.extend([("FEAT", features.0), ("NETW", perceptron.0)]);
         }
+        sections.extend(self.metric.map(|metric| (metric::TAG, metric::write(metric))));
         sections.push(("PROV", self.provenance.as_bytes().to_vec()));
         let scalars = self.scalars.iter().map(|fields| scalars::write(&fields.reordered(&order)));
         sections.extend(scalars.map(|payload| (scalars::TAG, payload)));

@@ -8,6 +8,7 @@ mod error;
 mod format;
 mod grid;
 mod levels;
+mod metric;
 mod network;
 mod numbers;
 mod precision;

@@ -9,6 +9,7 @@
 //! | `network.0.weight`, `network.0.bias`, … | F32 \[outputs, inputs\], \[outputs\] | layers from input to output |
 //! | `levels.control`, `levels.spacing` | I32 \[V, 3\], F32 \[1\] | of a field with levels: control vertices, and what an integer counts |
 //! | `levels.1.displacements`, `levels.1.step`, … | I32 \[edges below\], F32 \[1\] | levels from the coarsest on |
+//! | `metric` | F32 \[2\] | where there is one: area of the true surface in the box, exponent of distances |
 //! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
 //!
 //! The metadata `ndf` is a JSON object: `shape` of the field's network or the number of its `levels`, `scalars`
@@ -24,6 +25,7 @@ use super::error::{PartDefect, TensorsError};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
 use crate::levels::{Level, Levels, MAX_LEVELS};
+use crate::metric::Metric;
 use crate::model::Model;
 use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
@@ -33,6 +35,7 @@ use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_network::MlpShape;
 
 const KEY: &str = "ndf";
+const METRIC: &str = "metric";
 
 #[derive(Serialize, Deserialize)]
 struct Metadata {
@@ -108,6 +111,9 @@ impl Model {
         if let Some(levels) = self.field.levels() {
             push_levels(&mut arrays, levels);
         }
+        if let Some(metric) = self.metric {
+            arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.area(), metric.exponent()])));
+        }
         for (s, fields) in self.scalars.iter().enumerate() {
             push_network(&mut arrays, &format!("scalars.{s}."), vertices, fields.network());
         }
@@ -167,6 +173,13 @@ impl Model {
         let similarity: Vec<f64> = similarity.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
         let similarity =
             Similarity::new(similarity[0], DVec3::from_slice(&similarity[1..])).map_err(parts)?;
+        let metric = match tensors.tensor(METRIC) {
+            Ok(_) => {
+                let numbers = read_floats(&tensors, METRIC, &[Some(2)])?;
+                Some(Metric::new(numbers[0], numbers[1]).map_err(parts)?)
+            }
+            Err(_) => None,
+        };
         let mut scalars = Vec::new();
         for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {
             let (name, mlp) = (format!("scalars.{s}."), || shape.mlp(channels.len()));
@@ -174,7 +187,7 @@ impl Model {
             let fields = SurfaceScalars::new(channels, shape, vertices, features, parameters);
             scalars.push(fields.map_err(parts)?);
         }
-        Ok(Self { field, similarity, scalars, provenance: metadata.provenance })
+        Ok(Self { field, similarity, metric, scalars, provenance: metadata.provenance })
     }
 }
 

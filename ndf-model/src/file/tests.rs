@@ -7,7 +7,7 @@ use rand_chacha::rand_core::SeedableRng;
 use super::bytes::Writer;
 use super::{ModelError, Precision, StoredBase, container, scalars};
 use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
-use crate::{DisplacementField, FieldShape, Model, NetworkShape, Similarity};
+use crate::{DisplacementField, FieldShape, Metric, Model, NetworkShape, Similarity};
 use ndf_core::DVec3;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
@@ -33,7 +33,7 @@ fn model_on(base: TriangleMesh) -> Model {
     let fields = SurfaceScalars::new(vec![channel], shape, vertices, random(vertices), parameters).unwrap();
     let similarity = Similarity::new(0.1 + 0.2, DVec3::new(1.0, 2.0 / 3.0, 3e-7 / 7.0)).unwrap();
     let scalars = vec![fields.clone(), fields];
-    Model { field, similarity, scalars, provenance: "{\"seed\": 5}".to_owned() }
+    Model { field, similarity, metric: None, scalars, provenance: "{\"seed\": 5}".to_owned() }
 }
 
 pub(super) fn model() -> Model {
@@ -232,6 +232,45 @@ fn a_damaged_section_is_named() {
     bytes[last] ^= 1;
     let error = Model::from_bytes(&bytes).unwrap_err().to_string();
     assert!(error.contains("checksum of section SCAL"), "{error}");
+}
+
+/// A metric makes a file one of version 3, of networks too, and comes back.
+#[test]
+fn a_metric_comes_back_and_a_damaged_one_is_refused() {
+    let base = ManifoldMesh::try_from(shapes::torus(9, 6, 1.0, 0.4)).unwrap();
+    let levels = crate::levels::tests::model(&base, crate::levels::tests::levels(&base, 1, 3));
+    for mut model in [model(), levels] {
+        let without = model.to_bytes();
+        model.metric = Some(Metric::new(7.25, 0.875).unwrap());
+        let bytes = model.to_bytes();
+        assert_eq!((bytes[8], bytes.len() - without.len()), (3, 9 + 16));
+        assert_eq!(model.section_sizes().metric, 9);
+        let again = Model::from_bytes(&bytes).unwrap();
+        assert_eq!(again.metric, model.metric);
+        assert_eq!(again.to_bytes(), bytes);
+        let tensors = model.to_safetensors().unwrap();
+        assert_eq!(Model::from_safetensors(&tensors).unwrap().metric, model.metric);
+        let sections = model.sections();
+        let place = sections.iter().position(|(tag, _)| *tag == "METR").unwrap();
+        let error = |payload: &[u8]| {
+            let mut sections = sections.clone();
+            sections[place].1 = payload.to_vec();
+            Model::from_bytes(&container::join(3, &sections)).unwrap_err().to_string()
+        };
+        let good = &sections[place].1;
+        assert!(error(&good[..8]).contains("ends too early"));
+        assert!(error(&[&good[..], &[0]].concat()).contains("after its end"));
+        assert!(error(&[&[1], &good[1..]].concat()).contains("coding 1 is not known"));
+        let numbers = |area: f32, exponent: f32| {
+            error(&[&[0][..], &area.to_le_bytes(), &exponent.to_le_bytes()].concat())
+        };
+        for area in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(numbers(area, 1.0).contains("section METR of the model: the area"));
+        }
+        for exponent in [-0.5, 3.0, f32::NAN] {
+            assert!(numbers(1.0, exponent).contains("section METR of the model: the exponent"));
+        }
+    }
 }
 
 /// A file of version 1: plain arrays, and no byte that says so.

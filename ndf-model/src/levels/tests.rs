@@ -14,7 +14,7 @@ fn manifold(mesh: TriangleMesh) -> ManifoldMesh {
 pub(crate) fn model(base: &ManifoldMesh, levels: Levels) -> Model {
     let field = DisplacementField::levelled(base, levels).unwrap();
     let similarity = Similarity::from_bounds(&base.bounds());
-    Model { field, similarity, scalars: vec![], provenance: "{}".to_owned() }
+    Model { field, similarity, metric: None, scalars: vec![], provenance: "{}".to_owned() }
 }
 
 /// Levels above a mesh, with displacements of up to `largest` steps.

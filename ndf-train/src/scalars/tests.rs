@@ -19,7 +19,7 @@ fn model() -> Model {
     let base = ManifoldMesh::try_from(shapes::icosphere(2)).unwrap();
     let field = DisplacementField::untrained(base, FieldShape::default(), 1).unwrap();
     let similarity = Similarity::new(0.1, DVec3::new(1.0, 2.0, 3.0)).unwrap();
-    Model { field, similarity, scalars: Vec::new(), provenance: String::new() }
+    Model { field, similarity, metric: None, scalars: Vec::new(), provenance: String::new() }
 }
 
 /// The finer mesh of that sphere, and the function whose values are learned there.

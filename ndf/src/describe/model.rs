@@ -26,6 +26,9 @@ pub struct ModelDescription {
     pub features: usize,
     /// Weights and biases of the network.
     pub network_parameters: usize,
+    /// Of the metric of the true surface, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub metric: Option<MetricDescription>,
     /// Names of the scalars that are stored.
     pub scalars: Vec<String>,
     /// The point of the input that is the origin of the box.
@@ -41,6 +44,16 @@ pub struct ModelDescription {
     pub base: ValidationReport,
 }
 
+/// The metric that a model carries.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MetricDescription {
+    /// Area of the true surface, in squared units of the input.
+    pub area: f64,
+    /// The power of the mean stretch of lengths that distances take.
+    pub exponent: f32,
+}
+
 /// Bytes of the parts of a model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
@@ -53,6 +66,8 @@ pub struct ModelBytes {
     pub network: usize,
     /// Levels.
     pub levels: usize,
+    /// Metric.
+    pub metric: usize,
     /// Scalar fields.
     pub scalars: usize,
     /// The whole file.
@@ -76,6 +91,10 @@ impl ModelDescription {
             levels: field.levels().map(|levels| levels.levels.len()),
             features: field.network().map_or(0, |network| network.shape().features),
             network_parameters: field.network().map_or(0, |network| network.mlp().parameters().len()),
+            metric: model.metric.map(|metric| MetricDescription {
+                area: f64::from(metric.area()) / model.similarity.scale().powi(2),
+                exponent: metric.exponent(),
+            }),
             scalars: names.collect(),
             center: model.similarity.center().to_array(),
             scale: model.similarity.scale(),
@@ -84,6 +103,7 @@ impl ModelDescription {
                 features: sizes.features,
                 network: sizes.network,
                 levels: sizes.levels,
+                metric: sizes.metric,
                 scalars: sizes.scalars,
                 total: sizes.total,
             },

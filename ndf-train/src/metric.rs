@@ -1,0 +1,145 @@
+//! The metric of the true surface, measured with the model that was learned from it.
+//!
+//! Only projections are asked of the surface. The corners of the model's triangles, projected, are those of triangles
+//! between points of the true surface; the area over such a triangle is the area of the triangle over the cosine of the
+//! angle between its normal and the true one, taken at the foot of its centre. That is exact in the mean where the
+//! surface is a mesh of flat faces, and of second order in the triangles' size where it is curved, an error that four
+//! triangles and the one they divide tell from each other (Richardson 1911).
+
+use std::time::Instant;
+
+use ndf_core::{DVec3, Hint, Query, Surface, projected};
+use ndf_model::{Metric, Similarity};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// The least cosine between a triangle and the true surface above it: areas over steeper ones are those of this one.
+const MIN_COSINE: f64 = 0.25;
+
+/// How the metric was measured.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
+pub struct MetricReport {
+    /// Area of the true surface over that of the model.
+    pub area_ratio: f64,
+    /// Share of the model's area that was left out, since a corner or the centre of triangles has no foot that faces
+    /// the same way.
+    pub missed_fraction: f64,
+    /// Wall seconds.
+    pub seconds: f64,
+}
+
+/// Measures the metric of `truth` over triangles of the model in the box, which should be as fine as the model's
+/// details: faces 4 f, …, 4 f + 3 are one face divided as
+/// [`Refinement::refined`](ndf_mesh::subdivision::Refinement::refined) does. `None` if they have no area or the surface
+/// is out of reach. A projection for each vertex and each face.
+pub fn measure_metric(
+    truth: &dyn Surface,
+    similarity: &Similarity,
+    points: &[DVec3],
+    faces: &[[u32; 3]],
+) -> Option<(Metric, MetricReport)> {
+    let started = Instant::now();
+    let corners = |face: &[u32; 3], of: &[DVec3]| face.map(|v| of[v as usize]);
+    let crosses: Vec<DVec3> = faces.par_iter().map(|face| cross(corners(face, points))).collect();
+    let mut normals = vec![DVec3::ZERO; points.len()];
+    for (face, cross) in faces.iter().zip(&crosses) {
+        face.iter().for_each(|&v| normals[v as usize] += *cross);
+    }
+    let query = |p: DVec3, normal: DVec3, hint: Hint| {
+        let normal = normal.try_normalize();
+        Query { point: similarity.to_world(p), normal, hint }
+    };
+    let queries: Vec<Query> = points.iter().zip(&normals).map(|(&p, &n)| query(p, n, Hint::NONE)).collect();
+    let feet = projected(truth, &queries);
+    let centres = faces.par_iter().zip(&crosses).map(|(face, &cross)| {
+        let hint = feet[face[0] as usize].map_or(Hint::NONE, |foot| foot.hint);
+        query(corners(face, points).into_iter().sum::<DVec3>() / 3.0, cross, hint)
+    });
+    let centres = projected(truth, &centres.collect::<Vec<_>>());
+    // The true area over a triangle, in the box: its corners, and the face that has its centre.
+    let scale = similarity.scale();
+    let over = |corners: [u32; 3], centre: usize| {
+        let facing = |v: u32| {
+            let foot = feet[v as usize].ok()?;
+            (foot.normal.dot(normals[v as usize]) > 0.0).then_some(foot.point)
+        };
+        let [a, b, c] = corners.map(facing);
+        let foot = centres[centre].ok().filter(|foot| foot.normal.dot(crosses[centre]) > 0.0)?;
+        let triangle = scale * scale * cross([a?, b?, c?]);
+        let cosine = triangle.normalize_or_zero().dot(foot.normal).max(MIN_COSINE);
+        Some(0.5 * triangle.length() / cosine)
+    };
+    // Of four triangles, their own area and the true one over them.
+    let areas = faces.as_chunks::<4>().0.par_iter().enumerate().map(|(f, four)| {
+        let own: f64 = (0..4).map(|c| 0.5 * crosses[4 * f + c].length()).sum();
+        let fine: Option<f64> = (0..4).map(|c| over(four[c], 4 * f + c)).sum();
+        let coarse = over([four[0][0], four[1][1], four[2][2]], 4 * f + 3);
+        // What is left of an error of second order.
+        (own, fine.zip(coarse).map(|(fine, coarse)| fine + (fine - coarse) / 3.0))
+    });
+    let areas: Vec<(f64, Option<f64>)> = areas.collect();
+    let (mut all, mut seen, mut true_area) = (0.0, 0.0, 0.0);
+    for (own, truth) in areas {
+        all += own;
+        if let Some(truth) = truth {
+            seen += own;
+            true_area += truth;
+        }
+    }
+    let area_ratio = true_area / seen;
+    let metric = Metric::new((all * area_ratio) as f32, Metric::EXPONENT).ok()?;
+    let seconds = started.elapsed().as_secs_f64();
+    Some((metric, MetricReport { area_ratio, missed_fraction: 1.0 - seen / all, seconds }))
+}
+
+fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndf_core::analytic::Sphere;
+    use ndf_mesh::subdivision::{Refinement, Side};
+    use ndf_mesh::{ManifoldMesh, TriangleMesh, shapes};
+    use std::f64::consts::PI;
+
+    /// Points of a sphere, and faces as they come from subdivision.
+    fn sphere(radius: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let base = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
+        let (mut points, mut level) = (base.positions().to_vec(), Refinement::from_mesh(&base));
+        for _ in 0..3 {
+            let middle = |side: &Side| side.ends.map(|v| points[v as usize]).into_iter().sum::<DVec3>();
+            let new: Vec<DVec3> = level.edges().iter().map(|side| middle(side).normalize()).collect();
+            points.extend(new);
+            level = level.refined();
+        }
+        (points.into_iter().map(|p| radius * p).collect(), level.faces().to_vec())
+    }
+
+    /// The triangles lack a thousandth of the sphere's area, the metric next to none of it.
+    #[test]
+    fn a_sphere_has_its_area() {
+        let similarity = Similarity::new(1.5, DVec3::ONE).unwrap();
+        let truth = Sphere { center: DVec3::ONE, radius: 1.0 };
+        for radius in [1.5, 1.4, 1.55] {
+            let (points, faces) = sphere(radius);
+            let (metric, report) = measure_metric(&truth, &similarity, &points, &faces).unwrap();
+            let exact = 4.0 * PI * 1.5 * 1.5;
+            assert!((f64::from(metric.area()) / exact - 1.0).abs() < 1e-4, "{metric:?}");
+            assert_eq!(report.missed_fraction, 0.0);
+            let own = TriangleMesh::new(points, faces).unwrap().area();
+            assert!((report.area_ratio * own / exact - 1.0).abs() < 1e-4);
+            assert!((metric.factors(own).operators * radius / 1.5 - 1.0).abs() < 1e-3);
+        }
+    }
+
+    /// A model turned inside out faces no part of the surface.
+    #[test]
+    fn without_feet_there_is_no_metric() {
+        let (mut points, faces) = sphere(1.0);
+        points.iter_mut().for_each(|p| p.x = -p.x);
+        assert!(measure_metric(&Sphere::UNIT, &Similarity::IDENTITY, &points, &faces).is_none());
+    }
+}
