@@ -465,10 +465,12 @@ def cross(a, b):
 
 
 class Mesh:
-    """Faces and edges: `ends` of edges and vertices `across` them, edges that are `sides` of faces."""
+    """Faces and edges: `ends` of edges and vertices `across` them, edges that are `sides` of faces, edges that are
+    `creases` and vertices that are `corners`."""
 
-    def __init__(self, vertex_count, faces):
+    def __init__(self, vertex_count, faces, creases=(), corners=()):
         self.vertex_count, self.faces = vertex_count, faces
+        self.creases, self.corners = set(creases), set(corners)
         self.ends, self.across, self.sides, edges = [], [], [], {}
         for face in faces:
             self.sides.append([])
@@ -485,41 +487,84 @@ class Mesh:
             for v in ends:
                 self.edges_at[v].append(edge)
 
+    def is_sharp(self, edge):
+        return edge in self.creases or len(self.across[edge]) == 1
+
+    def sharp_at(self, v):
+        return [e for e in self.edges_at[v] if self.is_sharp(e)]
+
     @functools.cached_property
     def neighbours(self):
-        """Of every vertex: whether it is on the boundary, and its neighbours, there only those along the boundary."""
+        """Of every vertex its kind, and the neighbours that count."""
         found = []
         for v, edges in enumerate(self.edges_at):
-            boundary = [e for e in edges if len(self.across[e]) == 1]
-            require(len(boundary) in (0, 2), "the boundary is no curve")
-            found.append((bool(boundary), [sum(self.ends[e]) - v for e in boundary or edges]))
+            require(sum(len(self.across[e]) == 1 for e in edges) in (0, 2), "the boundary is no curve")
+            sharp = self.sharp_at(v)
+            if len(sharp) > 2 or v in self.corners:
+                found.append(("corner", []))
+            else:
+                kind, edges = ("crease", sharp) if len(sharp) == 2 else ("smooth", edges)
+                found.append((kind, [sum(self.ends[e]) - v for e in edges]))
         return found
 
     def split(self):
-        faces = []
+        faces, middle = [], self.vertex_count
         for (a, b, c), sides in zip(self.faces, self.sides):
-            x, y, z = (self.vertex_count + edge for edge in sides)
+            x, y, z = (middle + edge for edge in sides)
             faces += (a, x, z), (x, b, y), (z, y, c), (x, y, z)
-        return Mesh(self.vertex_count + len(self.ends), faces)
+        # A vertex of more than two sharp edges stays a corner: it keeps their number.
+        finer = Mesh(middle + len(self.ends), faces, (), self.corners)
+        halves = {frozenset((v, middle + e)) for e in self.creases for v in self.ends[e]}
+        finer.creases = {e for e, ends in enumerate(finer.ends) if frozenset(ends) in halves}
+        return finer
 
-    def averages(self, points, inside, boundary):
-        """(1 − n w) v + w (sum of its n neighbours) with w = inside(n) or `boundary`, with neighbours along it."""
-        for v, (on_boundary, around) in zip(points, self.neighbours):
+    def averages(self, points, smooth, crease):
+        """(1 − n w) v + w (sum of n neighbours) with w = smooth(n) or `crease`, with neighbours along it."""
+        for v, (kind, around) in zip(points, self.neighbours):
             n = len(around)
-            w = boundary if on_boundary else inside(n)
+            w = smooth(n) if kind == "smooth" else crease
             yield weighted_sum((1 - n * w, v), *((w, points[u]) for u in around))
 
     def subdivide(self, points):
         """Positions of the vertices of the mesh that is split."""
         new = list(self.averages(points, beta, 1 / 8))
-        for (a, b), across in zip(self.ends, self.across):
-            inside = len(across) == 2
-            weights = (3 / 8, 3 / 8, 1 / 8, 1 / 8) if inside else (1 / 2, 1 / 2)
+        for edge, ((a, b), across) in enumerate(zip(self.ends, self.across)):
+            weights = (1 / 2, 1 / 2) if self.is_sharp(edge) else (3 / 8, 3 / 8, 1 / 8, 1 / 8)
             new.append(weighted_sum(*zip(weights, [points[v] for v in (a, b, *across)])))
         return new
 
     def limit(self, points):
         return list(self.averages(points, lambda n: 1 / (3 / (8 * beta(n)) + n), 1 / 6))
+
+    def corner_normals(self, points):
+        """Of every corner of every face the normal of its side of the creases."""
+        normals = self.normals(points)
+        found = [[normals[v] for v in face] for face in self.faces]
+        at = [[] for _ in points]
+        for f, face in enumerate(self.faces):
+            for v in face:
+                at[v].append(f)
+        for v in {v for e in self.creases for v in self.ends[e]}:
+            parts = {f: f for f in at[v]}
+            for f, g in itertools.combinations(at[v], 2):
+                common = set(self.sides[f]) & set(self.sides[g]) & set(self.edges_at[v])
+                if any(e not in self.creases for e in common):
+                    parts = {h: parts[f] if part == parts[g] else part for h, part in parts.items()}
+            for part in set(parts.values()):
+                faces = [f for f in at[v] if parts[f] == part]
+                normal = Mesh(self.vertex_count, [self.faces[f] for f in faces]).normals(points)[v]
+                for f in faces:
+                    found[f][self.faces[f].index(v)] = normal
+        return found
+
+    def tangent(self, v, points):
+        """Along the crease through a vertex; `None` where several meet or one ends."""
+        kind, around = self.neighbours[v]
+        if kind != "crease":
+            return None
+        a, b = (points[u] for u in around)
+        along = weighted_sum((1, b), (-1, a))
+        return [x / (math.hypot(*along) or 1) for x in along]
 
     def normals(self, points):
         sums = [[0.0, 0.0, 0.0] for _ in points]
@@ -583,6 +628,20 @@ def split_energies(mesh, energies, steps):
     return old + [16 * size for size in sizes]
 
 
+def creases(coder, mesh, flags):
+    """Those of a mesh, and corners among its vertices of two sharp edges."""
+    sharp, ending, models = set(), [0] * mesh.vertex_count, [states(3) for _ in range(3)]
+    for edge, ends in enumerate(mesh.ends if flags & 1 else ()):
+        a, b = (min(ending[v], 2) for v in ends)
+        if len(mesh.across[edge]) == 2 and coder.decision(models[a][b]):
+            sharp.add(edge)
+            for v in ends:
+                ending[v] += 1
+    mesh.creases, corner = sharp, states()
+    candidates = [v for v in range(mesh.vertex_count) if len(mesh.sharp_at(v)) == 2] if flags & 2 else ()
+    mesh.corners = {v for v in candidates if coder.decision(corner)}
+
+
 class Levels:
     """Displacements in `steps` on the levels of a Loop surface, and the surface."""
 
@@ -590,12 +649,15 @@ class Levels:
         self.control, count = base.positions, section.number("B")
         require(count <= 6, "too many levels")
         self.steps = positive(section.numbers("f", count))
+        flags = section.number("B")
+        require(flags <= 3, "unknown parts of levels")
         weights = rows(section.numbers("B", 5 * count), count, 5)
         data = section.rest()
         self.meshes = [Mesh(base.vertex_count, base.faces)]
-        most = min((1 << 16) + 64 * len(data), 1 << 25)
+        most = min((1 << 19) + 64 * len(data), 1 << 25)
         require(len(self.meshes[0].ends) << 2 * count <= most, "too many displacements for their bytes")
         coder, self.displacements, energies = RangeDecoder(data), [], [0] * base.vertex_count
+        creases(coder, self.meshes[0], flags)
         for level_weights in weights:
             mesh = self.meshes[-1]
             self.displacements.append(displacements(coder, mesh, energies, level_weights))
@@ -614,7 +676,7 @@ class Levels:
                 points[i] = weighted_sum((1, points[i]), (step * q, normals[i]))
         mesh = self.meshes[-1].split()
         points = mesh.limit(self.meshes[-1].subdivide(points))
-        return mesh, points, mesh.normals(points)
+        return mesh, points, mesh.corner_normals(points)
 
     def evaluate(self, face, bary):
         for _ in self.meshes:
@@ -625,11 +687,17 @@ class Levels:
                 bary = [1 - 2 * bary[k - 1] for k in range(3)]
             face = 4 * face + child
         mesh, points, normals = self.surface
-        p, n = ([values[v] for v in mesh.faces[face]] for values in (points, normals))
+        corners, n = mesh.faces[face], normals[face]
+        p = [points[v] for v in corners]
         terms = [(b**3, x) for b, x in zip(bary, p)]
         for i, j in itertools.permutations(range(3), 2):
-            along = dot(p[j], n[i]) - dot(p[i], n[i])
-            middle = weighted_sum((2 / 3, p[i]), (1 / 3, p[j]), (-along / 3, n[i]))
+            side = weighted_sum((1, p[j]), (-1, p[i]))
+            if mesh.sides[face][i if (i + 1) % 3 == j else j] in mesh.creases:
+                t = mesh.tangent(corners[i], points)
+                side = [dot(side, t) * x for x in t] if t else side
+            else:
+                side = weighted_sum((1, side), (-dot(side, n[i]), n[i]))
+            middle = weighted_sum((1, p[i]), (1 / 3, side))
             terms.append((3 * bary[i] ** 2 * bary[j] + 6 / 4 * math.prod(bary), middle))
         return weighted_sum(*terms, *((-math.prod(bary), x) for x in p))
 
@@ -692,6 +760,8 @@ class Model:
         if self.levels:
             arrays["levels.control"] = ("i", flat(self.base.control))
             arrays["levels.spacing"] = ("f", [self.base.spacing])
+            for name, numbers in ("creases", self.levels.meshes[0].creases), ("corners", self.levels.meshes[0].corners):
+                arrays[f"levels.{name}"] = ("i", sorted(numbers))
             for level, (step, numbers) in enumerate(zip(self.levels.steps, self.levels.displacements), 1):
                 arrays[f"levels.{level}.step"] = ("f", [step])
                 arrays[f"levels.{level}.displacements"] = ("i", numbers)

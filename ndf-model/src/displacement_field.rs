@@ -178,7 +178,7 @@ impl DisplacementField {
         Self { base: self.base.clone(), displacement: Displacement::Network { network, residual } }
     }
 
-    /// g at every point; about 3,000 floating-point operations each with the default shape, 300 with levels.
+    /// g at every point; about 3,000 floating-point operations each with the default shape, and far fewer with levels.
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.

@@ -1,7 +1,8 @@
 //! Files of every version of the format that was released are read, and stand for the surface that they stood for.
 //!
-//! `golden/` holds one model in both versions, version 2 with a scalar field. Its points were evaluated by
-//! `docs/read_ndf.py`, which shares no code with this crate.
+//! `golden/` holds one model in versions 1 and 2, the latter with a scalar field, and one of levels with creases in
+//! version 3.
+//! Their points were evaluated by `docs/read_ndf.py`, which shares no code with this crate.
 
 #![allow(clippy::unwrap_used, reason = "all of this file is test code")]
 
@@ -12,8 +13,11 @@ use ndf_mesh::{Face, FacePoint};
 use ndf_model::Model;
 
 fn golden(version: u32) -> Model {
-    let name = format!("tests/golden/sphere_version_{version}.ndf");
-    Model::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+    read(&format!("sphere_version_{version}.ndf"))
+}
+
+fn read(name: &str) -> Model {
+    Model::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)).unwrap()
 }
 
 /// Points of the base mesh, with their images and scalars.
@@ -56,4 +60,18 @@ fn files_are_written_again_as_they_were() {
     assert_eq!(golden(2).to_bytes(), file);
     let [old, new] = [1, 2].map(|version| Model { scalars: Vec::new(), ..golden(version) });
     assert_eq!(old.to_bytes(), new.to_bytes());
+}
+
+#[test]
+fn levels_evaluate_to_the_same_points() {
+    let model = read("levels_version_3.ndf");
+    assert_eq!(model.to_bytes(), include_bytes!("golden/levels_version_3.ndf"));
+    let lines = include_str!("golden/level_points.txt").lines().filter(|line| !line.starts_with('#'));
+    for line in lines {
+        let n: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        let sample = FacePoint { face: Face(n[0] as u32), barycentric: [n[1], n[2], n[3]] };
+        let found = model.similarity.to_world(model.field.map(&[sample])[0]);
+        let point = DVec3::new(n[4], n[5], n[6]);
+        assert!(found.distance(point) < 1e-9, "{sample:?}: {found} {point}");
+    }
 }

@@ -77,8 +77,8 @@ impl Model {
                     .map_err(|e| ModelError::Section { section: "NETW", defect: e.into() })?
             }
             Some((spacing, control)) => {
-                let levels = levels::read(section(levels::TAG)?, &base)?;
-                DisplacementField::levelled(&base, Levels { spacing, control, levels })
+                let (creases, levels) = levels::read(section(levels::TAG)?, &base)?;
+                DisplacementField::levelled(&base, Levels { spacing, control, creases, levels })
                     .map_err(|e| ModelError::Section { section: levels::TAG, defect: e.into() })?
             }
         };

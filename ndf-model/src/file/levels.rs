@@ -10,17 +10,19 @@ use crate::levels::{
 };
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::io::FileDefect;
+use ndf_mesh::subdivision::{Creases, Refinement};
 
 /// The tag.
 pub(super) const TAG: &str = "LEVL";
 
-/// Displacements a coded byte may stand for, beyond the first 2¹⁶: what a hostile file can ask for stays in proportion.
+/// Displacements a coded byte may stand for, beyond the first 2¹⁹: what a hostile file can ask for stays in proportion.
 const MAX_PER_BYTE: usize = 64;
+const MAX_FREE: usize = 1 << 19;
 
 fn is_plausible(base: &ManifoldMesh, levels: usize, bytes: usize) -> bool {
     // A level has at most four times as many edges as the one below.
     let finest = base.topology().edge_count().saturating_mul(1 << (2 * levels));
-    finest <= (1 << 16) + MAX_PER_BYTE * bytes
+    finest <= MAX_FREE + MAX_PER_BYTE * bytes
 }
 
 /// Magnitudes up to this are coded in unary.
@@ -72,6 +74,40 @@ fn code_level(coder: &mut impl Coder, clues: &Clues<'_>, weights: &ClueWeights, 
     }
 }
 
+/// Codes creases, and corners among the vertices that may be some; each if there are any.
+fn code_creases(
+    coder: &mut impl Coder,
+    mesh: &Refinement,
+    [has_creases, has_corners]: [bool; 2],
+    known: Creases,
+) -> Creases {
+    // An edge is the likelier to be a crease the more creases end where it does.
+    let mut models = [[Bit::NEW; 3]; 3];
+    let mut ending = vec![0_u8; mesh.vertex_count()];
+    let mut edges = vec![false; if has_creases { mesh.edges().len() } else { 0 }];
+    for (e, is_crease) in edges.iter_mut().enumerate() {
+        let side = &mesh.edges()[e];
+        if side.is_boundary() {
+            continue;
+        }
+        let [a, b] = side.ends.map(|v| usize::from(ending[v as usize]).min(2));
+        *is_crease = coder.bit(&mut models[a][b], known.is_crease(e));
+        if *is_crease {
+            side.ends.into_iter().for_each(|v| ending[v as usize] = ending[v as usize].saturating_add(1));
+        }
+    }
+    let is_crease = |e: usize| has_creases && edges[e];
+    let mut corners = vec![false; if has_corners { mesh.vertex_count() } else { 0 }];
+    if has_corners {
+        let candidates = Creases::new(mesh, is_crease, |_| false).candidates(mesh);
+        let mut model = Bit::NEW;
+        for (v, is_corner) in corners.iter_mut().enumerate().filter(|(v, _)| candidates[*v]) {
+            *is_corner = coder.bit(&mut model, known.is_corner(v));
+        }
+    }
+    Creases::new(mesh, is_crease, |v| has_corners && corners[v])
+}
+
 /// Writes levels above one base mesh, as often as wanted: what depends on the connectivity alone is made once.
 #[derive(Clone, Debug)]
 pub struct LevelCoder {
@@ -87,8 +123,9 @@ impl LevelCoder {
     pub fn new(base: &ManifoldMesh, levels: usize) -> Self {
         let coded = LevelledBase::new(base);
         let depth = levels.saturating_sub(1);
-        let hierarchy = Hierarchy::new(&coded.mesh, depth);
-        let orders = Hierarchy::new(base, depth).edges_in_order_of(&hierarchy, &coded.order);
+        let smooth = Creases::default();
+        let hierarchy = Hierarchy::new(&coded.mesh, &smooth, depth);
+        let orders = Hierarchy::new(base, &smooth, depth).edges_in_order_of(&hierarchy, &coded.order);
         let neighbours = (0..levels).map(|l| Neighbours::new(hierarchy.level(l))).collect();
         Self { base: coded, orders, hierarchy, neighbours }
     }
@@ -114,6 +151,16 @@ impl LevelCoder {
         w.u8(levels.levels.len() as u8);
         w.f32s(levels.levels.iter().map(|level| level.step));
         let mut coder = Encoder::new();
+        let [edges, vertices] = [&self.orders[0], &self.base.order];
+        let level = self.hierarchy.level(0);
+        let creases = Creases::new(
+            level,
+            |e| levels.creases.is_crease(edges[e] as usize),
+            |v| levels.creases.is_corner(vertices[v] as usize),
+        );
+        let flags = creases.has();
+        w.u8(u8::from(flags[0]) | u8::from(flags[1]) << 1);
+        code_creases(&mut coder, level, flags, creases);
         let mut coarser = vec![0; self.base.mesh.vertex_count()];
         for (l, level) in levels.levels.iter().enumerate() {
             let mut displacements: Vec<i32> =
@@ -135,12 +182,16 @@ impl LevelCoder {
 }
 
 /// Reads the section.
-pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<Vec<Level>, ModelError> {
+pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<(Creases, Vec<Level>), ModelError> {
     let count = usize::from(r.u8()?);
     if count > MAX_LEVELS {
         return Err(r.defect(LevelsError::Count(count)));
     }
     let steps = r.f32s(count)?;
+    let flags = r.u8()?;
+    if flags > 3 {
+        return Err(r.defect(FileDefect::Value("it has parts that this version does not know".into())));
+    }
     let weights = r.u8s(count * CLUES)?;
     let (weights, _) = weights.as_chunks();
     check_size(base, count).map_err(|e| r.defect(e))?;
@@ -151,7 +202,9 @@ pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<Vec<Level>,
         );
     }
     let mut coder = Decoder::new(stream);
-    let hierarchy = Hierarchy::new(base, count.saturating_sub(1));
+    let hierarchy = Hierarchy::new(base, &Creases::default(), count.saturating_sub(1));
+    let flags = [flags & 1 > 0, flags & 2 > 0];
+    let creases = code_creases(&mut coder, hierarchy.level(0), flags, Creases::default());
     let mut coarser = vec![0; base.vertex_count()];
     let mut levels = Vec::with_capacity(count);
     for (l, (step, weights)) in steps.into_iter().zip(weights).enumerate() {
@@ -167,5 +220,5 @@ pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<Vec<Level>,
     if !coder.has_only_zeros() {
         return Err(r.defect(FileDefect::TrailingBytes("its end")));
     }
-    Ok(levels)
+    Ok((creases, levels))
 }

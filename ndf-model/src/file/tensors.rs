@@ -8,6 +8,7 @@
 //! | `features` | F32 \[V, d\] | of a field with a network |
 //! | `network.0.weight`, `network.0.bias`, … | F32 \[outputs, inputs\], \[outputs\] | layers from input to output |
 //! | `levels.control`, `levels.spacing` | I32 \[V, 3\], F32 \[1\] | of a field with levels: control vertices, and what an integer counts |
+//! | `levels.creases`, `levels.corners` | I32 \[any\] | numbers of the edges and vertices at which the base mesh is sharp |
 //! | `levels.1.displacements`, `levels.1.step`, … | I32 \[edges below\], F32 \[1\] | levels from the coarsest on |
 //! | `metric` | F32 \[2\] | where there is one: area of the true surface in the box, exponent of distances |
 //! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
@@ -16,7 +17,7 @@
 //! (`shape` and `channels` of every set) and `provenance`.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
@@ -31,6 +32,7 @@ use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
 use ndf_mesh::io::FileDefect;
+use ndf_mesh::subdivision::{Creases, Refinement};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_network::MlpShape;
 
@@ -164,7 +166,7 @@ impl Model {
                 DisplacementField::new(base, shape, features, parameters).map_err(parts)?
             }
             (None, Some(count)) => {
-                let levels = read_levels(&tensors, vertices, count)?;
+                let levels = read_levels(&tensors, &base, count)?;
                 DisplacementField::levelled(&base, levels).map_err(parts)?
             }
             _ => return Err(TensorsError::NotAModel),
@@ -222,6 +224,11 @@ fn push_levels(arrays: &mut Vec<(String, Array)>, levels: &Levels) {
     let control = levels.control.as_flattened();
     arrays.push(("levels.control".to_owned(), integers(vec![levels.control.len(), 3], control)));
     arrays.push(("levels.spacing".to_owned(), floats(vec![1], &[levels.spacing])));
+    let sharp: [(&str, Vec<i32>); 2] = [
+        ("levels.creases", levels.creases.edges().map(|e| e as i32).collect()),
+        ("levels.corners", levels.creases.corners().map(|v| v as i32).collect()),
+    ];
+    arrays.extend(sharp.map(|(name, numbers)| (name.to_owned(), integers(vec![numbers.len()], &numbers))));
     for (l, Level { step, displacements }) in (1..).zip(&levels.levels) {
         let shape = vec![displacements.len()];
         arrays.push((format!("levels.{l}.displacements"), integers(shape, displacements)));
@@ -229,13 +236,18 @@ fn push_levels(arrays: &mut Vec<(String, Array)>, levels: &Levels) {
     }
 }
 
-fn read_levels(tensors: &SafeTensors<'_>, vertices: usize, count: usize) -> Result<Levels, TensorsError> {
+fn read_levels(tensors: &SafeTensors<'_>, base: &ManifoldMesh, count: usize) -> Result<Levels, TensorsError> {
     let integers = |name: &str, shape: &[Option<usize>]| -> Result<Vec<i32>, TensorsError> {
         let bytes = read(tensors, name, Dtype::I32, shape)?;
         Ok(bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect())
     };
     let number = |name: &str| Ok::<_, TensorsError>(read_floats(tensors, name, &[Some(1)])?[0]);
-    let control = integers("levels.control", &[Some(vertices), Some(3)])?;
+    let control = integers("levels.control", &[Some(base.vertex_count()), Some(3)])?;
+    let numbers = |name: &str| -> Result<HashSet<usize>, TensorsError> {
+        Ok(integers(name, &[None])?.into_iter().filter_map(|q| usize::try_from(q).ok()).collect())
+    };
+    let (creases, corners) = (numbers("levels.creases")?, numbers("levels.corners")?);
+    let mesh = Refinement::from_mesh(base);
     let levels = (1..=count.min(MAX_LEVELS + 1)).map(|l| {
         Ok(Level {
             step: number(&format!("levels.{l}.step"))?,
@@ -245,6 +257,7 @@ fn read_levels(tensors: &SafeTensors<'_>, vertices: usize, count: usize) -> Resu
     Ok(Levels {
         spacing: number("levels.spacing")?,
         control: control.as_chunks().0.to_vec(),
+        creases: Creases::new(&mesh, |e| creases.contains(&e), |v| corners.contains(&v)),
         levels: levels.collect::<Result<_, TensorsError>>()?,
     })
 }

@@ -14,7 +14,7 @@ pub(crate) mod tests;
 
 use ndf_core::DVec3;
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::subdivision::{Refinement, Side};
+use ndf_mesh::subdivision::{Creases, Refinement, Side};
 use rayon::prelude::*;
 
 pub use contexts::{CLUES, CONTEXTS, ClueWeights, Clues, Neighbours, energies, fitted_weights};
@@ -37,6 +37,8 @@ pub struct Levels {
     pub spacing: f32,
     /// Control vertices of the base mesh, in spacings.
     pub control: Vec<[i32; 3]>,
+    /// Where the base mesh is sharp.
+    pub creases: Creases,
     /// The levels, from the coarsest on.
     pub levels: Vec<Level>,
 }
@@ -55,7 +57,7 @@ impl Levels {
     pub fn surface(&self, base: &ManifoldMesh) -> Result<LevelSurface, LevelsError> {
         self.validate(base)?;
         let depth = self.levels.len() + 1;
-        let hierarchy = Hierarchy::new(base, depth);
+        let hierarchy = Hierarchy::new(base, &self.creases, depth);
         let mut control = self.positions();
         for (l, level) in (1..).zip(&self.levels) {
             let step = f64::from(level.step);
@@ -183,8 +185,11 @@ pub struct Hierarchy {
 
 impl Hierarchy {
     /// The meshes of levels 0 to `levels` of a base mesh. O(4^levels · faces).
-    pub fn new(base: &ManifoldMesh, levels: usize) -> Self {
-        let mut refinements = vec![Refinement::from_mesh(base)];
+    ///
+    /// # Panics
+    /// If the creases are those of another mesh.
+    pub fn new(base: &ManifoldMesh, creases: &Creases, levels: usize) -> Self {
+        let mut refinements = vec![Refinement::from_mesh(base).with_creases(creases)];
         for _ in 0..levels {
             refinements.push(refinements[refinements.len() - 1].refined());
         }

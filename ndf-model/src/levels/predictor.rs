@@ -10,7 +10,7 @@ pub type GateWeights = [[i8; 2]; 2];
 /// The parallelogram.
 pub const PARALLELOGRAM: GateWeights = [[16, 0]; 2];
 
-/// What a vertex is foretold from: those before it.
+/// What a vertex is predicted from: those before it.
 #[derive(Clone, Debug, Default)]
 struct Known {
     /// Ends and apex of every gate.
@@ -77,7 +77,7 @@ impl Predictor {
         row
     }
 
-    /// Weights with which these positions are foretold best: least squares, the large residuals weighed down.
+    /// Weights with which these positions are predicted best: least squares, the large residuals weighed down.
     pub fn fitted_weights(&self, positions: &[[i32; 3]]) -> GateWeights {
         let mut weights = PARALLELOGRAM;
         for (class, weights) in weights.iter_mut().enumerate() {

@@ -1,5 +1,7 @@
 //! A subdivision surface at any point.
 
+use std::collections::HashMap;
+
 use ndf_core::DVec3;
 use ndf_mesh::FacePoint;
 use ndf_mesh::subdivision::Refinement;
@@ -9,7 +11,8 @@ use crate::mapped::Mapped;
 
 /// The limit of a subdivided mesh, as curved triangles through limit points of its finest level: the cubic ones of Vlachos
 /// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the
-/// surface is continuous; it differs from the limit by an error of third order in the length of the finest edges.
+/// surface is continuous; it differs from the limit by an error of third order in the length of the finest edges. At
+/// creases every side has normals of its own, and the edge curves follow the tangents of the crease.
 #[derive(Clone, Debug)]
 pub struct LevelSurface {
     /// How often base faces are split.
@@ -18,13 +21,26 @@ pub struct LevelSurface {
     faces: Vec<[u32; 3]>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
+    creases: Option<SharpSides>,
+}
+
+/// What is different at creases.
+#[derive(Clone, Debug)]
+struct SharpSides {
+    /// Of the corners of every face, which normal they have.
+    normals: Vec<[u32; 3]>,
+    /// Of every face, bit c: whether side c is a crease.
+    sides: Vec<u8>,
+    /// Tangents of the creases at vertices; zero where edges are straight.
+    tangents: Vec<DVec3>,
 }
 
 impl LevelSurface {
     /// The surface through these limit points of the finest level, `depth` levels above the base mesh.
     pub(super) fn new(depth: u32, finest: &Refinement, points: Vec<DVec3>) -> Self {
-        let normals = finest.normals(&points);
-        Self { depth, faces: finest.faces().to_vec(), points, normals }
+        let mut normals = finest.normals(&points);
+        let creases = finest.has_creases().then(|| SharpSides::new(finest, &points, &mut normals));
+        Self { depth, faces: finest.faces().to_vec(), points, normals, creases }
     }
 
     /// Corners of the faces of the finest level; those of base face f are f · 4^[depth](Self::depth) and on.
@@ -42,7 +58,7 @@ impl LevelSurface {
         self.depth
     }
 
-    /// The surface at points of the base mesh. About 200 floating-point operations each.
+    /// The surface at points of the base mesh. O(levels) each.
     ///
     /// # Panics
     /// If a face does not exist in the base mesh.
@@ -90,9 +106,23 @@ impl LevelSurface {
     fn slopes(&self, face: usize, [u, v, w]: [f64; 3]) -> [DVec3; 3] {
         let corners = self.faces[face];
         let p = corners.map(|v| self.points[v as usize]);
-        let n = corners.map(|v| self.normals[v as usize]);
+        let (n, sharp) = match &self.creases {
+            None => (corners, 0),
+            Some(creases) => (creases.normals[face], creases.sides[face]),
+        };
+        let n = n.map(|v| self.normals[v as usize]);
         // Three times the control point next to corner i on the edge to corner j.
-        let edge = |i: usize, j: usize| 2.0 * p[i] + p[j] - (p[j] - p[i]).dot(n[i]) * n[i];
+        let edge = |i: usize, j: usize| {
+            let d = p[j] - p[i];
+            let side = if (i + 1) % 3 == j { i } else { j };
+            match &self.creases {
+                Some(creases) if sharp >> side & 1 == 1 => {
+                    let t = creases.tangents[corners[i] as usize];
+                    3.0 * p[i] + if t == DVec3::ZERO { d } else { d.dot(t) * t }
+                }
+                _ => 3.0 * p[i] + d - d.dot(n[i]) * n[i],
+            }
+        };
         let (b210, b120) = (edge(0, 1), edge(1, 0));
         let (b021, b012) = (edge(1, 2), edge(2, 1));
         let (b102, b201) = (edge(2, 0), edge(0, 2));
@@ -107,5 +137,80 @@ impl LevelSurface {
             form([b210, b030, b012, b120, b021, b111]),
             form([b201, b021, b003, b111, b012, b102]),
         ]
+    }
+}
+
+impl SharpSides {
+    /// The creases of the finest level. Adds the normals of their sides to those of the vertices.
+    fn new(finest: &Refinement, points: &[DVec3], normals: &mut Vec<DVec3>) -> Self {
+        let is_crease = |e: u32| {
+            let side = &finest.edges()[e as usize];
+            side.is_sharp && !side.is_boundary()
+        };
+        let sides: Vec<u8> = finest
+            .face_edges()
+            .iter()
+            .map(|edges| (0..3).map(|c| u8::from(is_crease(edges[c])) << c).sum())
+            .collect();
+        let mut on_crease = vec![false; points.len()];
+        for side in finest.edges().iter().filter(|side| side.is_sharp && !side.is_boundary()) {
+            side.ends.into_iter().for_each(|v| on_crease[v as usize] = true);
+        }
+        // Corners that meet at a side which is no crease belong together.
+        let faces = finest.faces();
+        let mut first = vec![[u32::MAX; 2]; finest.edges().len()];
+        let mut parts: Vec<u32> = (0..3 * faces.len() as u32).collect();
+        fn root(parts: &mut [u32], mut i: u32) -> u32 {
+            while parts[i as usize] != i {
+                parts[i as usize] = parts[parts[i as usize] as usize];
+                i = parts[i as usize];
+            }
+            i
+        }
+        for (f, (face, edges)) in (0..).zip(faces.iter().zip(finest.face_edges())) {
+            for c in 0..3 {
+                let ends = [3 * f + c as u32, 3 * f + (c as u32 + 1) % 3];
+                let [v, w] = [face[c], face[(c + 1) % 3]];
+                if is_crease(edges[c]) || !(on_crease[v as usize] || on_crease[w as usize]) {
+                    continue;
+                }
+                let known = &mut first[edges[c] as usize];
+                if known[0] == u32::MAX {
+                    *known = ends;
+                    continue;
+                }
+                // The other face runs along the side in the opposite direction.
+                for (a, b) in [(ends[0], known[1]), (ends[1], known[0])] {
+                    let (a, b) = (root(&mut parts, a), root(&mut parts, b));
+                    parts[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+        let mut sums: HashMap<u32, DVec3> = HashMap::new();
+        let mut roots = Vec::new();
+        for (f, face) in (0..).zip(faces) {
+            if face.iter().all(|&v| !on_crease[v as usize]) {
+                continue;
+            }
+            let [a, b, c] = face.map(|v| points[v as usize]);
+            let cross = (b - a).cross(c - a);
+            for (c, &v) in (0..3).zip(face).filter(|&(_, &v)| on_crease[v as usize]) {
+                let part = root(&mut parts, 3 * f + c);
+                *sums.entry(part).or_insert(DVec3::ZERO) += cross;
+                roots.push((3 * f + c, part, v));
+            }
+        }
+        let mut corners = faces.to_vec();
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        for (corner, part, _) in roots {
+            let number = *numbers.entry(part).or_insert_with(|| {
+                normals.push(sums[&part].normalize_or_zero());
+                normals.len() as u32 - 1
+            });
+            corners[corner as usize / 3][corner as usize % 3] = number;
+        }
+        let mut tangents = finest.crease_tangents(points);
+        tangents.iter_mut().zip(&on_crease).filter(|(_, on)| !**on).for_each(|(t, _)| *t = DVec3::ZERO);
+        Self { normals: corners, sides, tangents }
     }
 }

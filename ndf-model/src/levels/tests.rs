@@ -1,6 +1,7 @@
 use super::*;
 use crate::{DisplacementField, Model, Similarity};
 use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::subdivision::{Creases, Refinement};
 use ndf_mesh::{FacePoint, TriangleMesh, shapes};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -21,7 +22,8 @@ pub(crate) fn model(base: &ManifoldMesh, levels: Levels) -> Model {
 pub(crate) fn levels(base: &ManifoldMesh, count: usize, largest: i32) -> Levels {
     let spacing = 1.0 / 1024.0;
     let grid = |p: &DVec3| p.to_array().map(|x| (x / f64::from(spacing)).round() as i32);
-    let hierarchy = Hierarchy::new(base, count);
+    let creases = Creases::new(&Refinement::from_mesh(base), |e| e % 7 < 2, |v| v % 3 == 0);
+    let hierarchy = Hierarchy::new(base, &creases, count);
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let level = |l: usize| Level {
         step: 0.01 / (1 << l) as f32,
@@ -32,6 +34,7 @@ pub(crate) fn levels(base: &ManifoldMesh, count: usize, largest: i32) -> Levels 
     Levels {
         spacing,
         control: base.positions().iter().map(grid).collect(),
+        creases,
         levels: (0..count).map(level).collect(),
     }
 }
@@ -121,11 +124,12 @@ fn surface_is_continuous_and_its_tangents_are_the_derivatives() {
 }
 
 /// Along the normal, curved triangles differ from the limit surface by the third power of their size; along the surface,
-/// where it only counts which point is which, by the second.
+/// where it only counts which point is which, by the second. This holds where there are no creases that end.
 #[test]
 fn evaluation_converges_to_the_limit_surface() {
     let base = manifold(shapes::icosphere(0));
-    let at_depth = |count: usize| levels(&base, count, 0).surface(&base).unwrap();
+    let smooth = |count| Levels { creases: Creases::default(), ..levels(&base, count, 0) };
+    let at_depth = |count: usize| smooth(count).surface(&base).unwrap();
     let truth = at_depth(5);
     let samples = AreaSampler::new(&base).unwrap().sample(2000, 0, 0);
     let errors: Vec<f64> = (0..4)

@@ -7,6 +7,7 @@
 use ndf_core::glam::{DMat3, Mat3, Vec3};
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
 use ndf_mesh::ManifoldMesh;
+use ndf_mesh::subdivision::Creases;
 use ndf_model::Similarity;
 use ndf_model::levels::{Hierarchy, Level, Levels, Predictor};
 
@@ -23,10 +24,13 @@ const OPPOSED: f64 = -0.2;
 /// not hold (Levenberg 1944, Marquardt 1963).
 const MIN_PROXIMITY: f64 = 0.05;
 const MAX_PROXIMITY: f64 = 1e3;
+/// The least area of a point, as a multiple of the mean, where moves are to be small.
+const MIN_SHARE: f64 = 0.01;
 /// As much more for control vertices, which could also slide along the surface.
 const RIDGE: f64 = 2.0;
 /// By what the objective may grow in an iteration: the steps of levels change, too.
 const MAX_GROWTH: f64 = 1.02;
+const MAX_GROWTH_ON_GRID: f64 = 1.002;
 /// The farthest that a displacement and a control vertex move in a sweep, unless the surface is farther away.
 const MAX_MOVE: f64 = 15.0;
 const MAX_CONTROL_MOVE: f64 = 8.0;
@@ -79,6 +83,7 @@ pub(super) struct Descent<'a> {
     unit: f64,
     /// Mean length of the edges of the base mesh, in units.
     pub(super) mean_edge: f64,
+    creases: Creases,
     hierarchy: Hierarchy,
     control: Vec<DVec3>,
     control_influence: Influence,
@@ -98,15 +103,16 @@ pub(super) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// A descent from a base mesh in the box towards a surface, with `levels` levels.
+    /// A descent from a base mesh in the box, sharp at its creases, towards a surface, with `levels` levels.
     pub(super) fn new(
         surface: &'a dyn Surface,
         similarity: Similarity,
         base: &ManifoldMesh,
+        creases: &Creases,
         levels: usize,
     ) -> Self {
         let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
-        let hierarchy = Hierarchy::new(base, levels + 1);
+        let hierarchy = Hierarchy::new(base, creases, levels + 1);
         let mut influences = Influence::of(&hierarchy).into_iter();
         let control_influence = influences.next().expect("level 0 is always there");
         let base_positions: Vec<DVec3> = base.positions().iter().map(|&p| p / unit).collect();
@@ -136,6 +142,7 @@ impl<'a> Descent<'a> {
             similarity,
             unit,
             mean_edge,
+            creases: creases.clone(),
             control,
             control_influence,
             predictor: Predictor::new(base),
@@ -190,10 +197,13 @@ impl<'a> Descent<'a> {
             face.iter().for_each(|&v| areas[v as usize] += area);
         }
         let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let least = MIN_SHARE / self.points.len() as f64;
         let [mut mean, mut square, mut missed] = [0.0; 3];
         for (i, (row, foot)) in self.rows.iter_mut().zip(&feet).enumerate() {
             let area = areas[i] / total;
-            *row = Row { direction: row.direction, distance: 0.0, area: area as f32, weight: 0.0 };
+            // Vertices of faces without area are not free to go anywhere.
+            let held = area.max(least);
+            *row = Row { direction: row.direction, distance: 0.0, area: held as f32, weight: 0.0 };
             let Ok(foot) = foot else {
                 missed += area;
                 continue;
@@ -206,7 +216,7 @@ impl<'a> Descent<'a> {
             mean += area * distance;
             square += area * distance * distance;
             if normals[i].dot(foot.normal) >= OPPOSED {
-                row.weight = row.area;
+                row.weight = area as f32;
             }
         }
         let found = (1.0 - missed).max(1e-9);
@@ -229,20 +239,27 @@ impl<'a> Descent<'a> {
     /// Takes the present numbers, whose objective is `after`, and dares more from then on; or goes back to those of
     /// before, if theirs was clearly better, and makes smaller moves. Whether it took them.
     pub(super) fn trust(&mut self, after: f64, (before, objective): (State, f64)) -> bool {
-        if after <= MAX_GROWTH * objective {
+        let most = if self.gridded.is_some() { MAX_GROWTH_ON_GRID } else { MAX_GROWTH };
+        if after <= most * objective {
             self.proximity = (0.5 * self.proximity).max(MIN_PROXIMITY);
             return true;
         }
         self.proximity = (8.0 * self.proximity).min(MAX_PROXIMITY);
-        self.control = before.control;
-        if let (Some(gridded), Some(integers)) = (&mut self.gridded, before.gridded) {
-            gridded.integers = integers;
-        }
-        for (level, (step, integers, values)) in self.levels.iter_mut().zip(before.levels) {
-            (level.step, level.integers, level.values) = (step, integers, values);
-        }
+        self.restore(before);
         self.project();
         false
+    }
+
+    /// Goes back to these numbers, without projecting.
+    pub(super) fn restore(&mut self, state: State) {
+        self.control = state.control;
+        match (&mut self.gridded, state.gridded) {
+            (Some(gridded), Some(integers)) => gridded.integers = integers,
+            (gridded, _) => *gridded = None,
+        }
+        for (level, (step, integers, values)) in self.levels.iter_mut().zip(state.levels) {
+            (level.step, level.integers, level.values) = (step, integers, values);
+        }
     }
 
     /// Goes on towards another surface.
@@ -252,17 +269,22 @@ impl<'a> Descent<'a> {
         self.project();
     }
 
-    /// The same descent with one level more.
-    #[must_use]
-    pub(super) fn refined(self, base: &ManifoldMesh) -> Self {
-        let mut finer = Self::new(self.surface, self.similarity, base, self.levels.len() + 1);
-        finer.control = self.control;
+    /// Goes on with one level more.
+    pub(super) fn refine(&mut self, base: &ManifoldMesh) {
+        let count = self.levels.len() + 1;
+        let mut finer = Self::new(self.surface, self.similarity, base, &self.creases, count);
+        finer.control = std::mem::take(&mut self.control);
         finer.proximity = self.proximity;
-        for (to, from) in finer.levels.iter_mut().zip(self.levels) {
+        for (to, from) in finer.levels.iter_mut().zip(self.levels.drain(..)) {
             (to.step, to.integers, to.values) = (from.step, from.integers, from.values);
         }
         finer.project();
-        finer
+        *self = finer;
+    }
+
+    /// Number of levels.
+    pub(super) fn level_count(&self) -> usize {
+        self.levels.len()
     }
 
     /// The prices of the present displacements, with contexts fitted anew if asked for.
@@ -463,7 +485,12 @@ impl<'a> Descent<'a> {
             step: (level.step * self.unit) as f32,
             displacements: level.integers.clone(),
         });
-        Levels { spacing: (spacing * self.unit) as f32, control, levels: levels.collect() }
+        Levels {
+            spacing: (spacing * self.unit) as f32,
+            control,
+            creases: self.creases.clone(),
+            levels: levels.collect(),
+        }
     }
 
     fn on_grid(&self, spacing: f64) -> Vec<[i32; 3]> {

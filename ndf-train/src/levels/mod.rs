@@ -1,6 +1,6 @@
 //! Learning the levels of a base mesh from any surface: rate–distortion optimisation of integers.
 //!
-//! The numbers of [`Levels`](ndf_model::levels::Levels) are integers that a file codes in as many bits as they are
+//! The numbers of [`Levels`] are integers that a file codes in as many bits as they are
 //! surprising. The descent looks for those of least `D + λ · bits`, where D is the mean squared distance from the
 //! surface: it alternates between projecting the points of the finest level and coordinate descent on the linearised
 //! distance, and lowers λ from a multiple to its own value, so that coarse levels and control vertices settle before
@@ -13,14 +13,18 @@ mod rate;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::PI;
+use std::iter;
 use std::time::Instant;
 
 use ndf_core::{Cancelled, Progress, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::subdivision::Creases;
 use ndf_model::file::LevelCoder;
-use ndf_model::levels::{LevelsError, check_size};
+use ndf_model::levels::{Levels, LevelsError, check_size};
 use ndf_model::{DisplacementField, Similarity};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::fit::{FitReport, Measured};
@@ -89,6 +93,16 @@ const MAX_MISSED: f64 = 0.9;
 /// Share of the iterations before the grid that go without the finest level: as long as bits cost several times their
 /// price, there is hardly anything on it.
 const COARSE: f64 = 0.75;
+
+/// Angles from which edges of the base mesh are creases, and creases and boundaries have corners.
+const CREASE_ANGLE: f64 = 40.0 * PI / 180.0;
+const CORNER_ANGLE: f64 = 50.0 * PI / 180.0;
+
+/// Iterations after which it is seen whether creases pay: on what is made of planes and bent sheets they do, on bumps they don't.
+const TRIAL: usize = 5;
+
+/// Grids that are tried, each half as fine as the next, where all is sharp.
+const FINER_GRIDS: usize = 9;
 
 /// Sweeps between two projections.
 const SWEEPS: usize = 3;
@@ -165,64 +179,148 @@ pub fn fit_levels(
     progress.check()?;
     let coarse = if levels > 1 { (COARSE * free as f64) as usize } else { 0 };
     let at_first = levels - usize::from(coarse > 0);
-    let mut descent = Descent::new(surface, similarity, base, at_first);
-    if descent.missed > MAX_MISSED {
+    let smooth = Creases::by_angle(base, PI, CORNER_ANGLE);
+    let start = |creases: &Creases| Run::new(surface, similarity, base, creases, at_first);
+    let mut run = start(&smooth);
+    if run.descent.missed > MAX_MISSED {
         return Err(LevelFitError::OutOfReach);
     }
-    let mut price = Price::new(options.budget, base, descent.rms);
-    let mut coder = LevelCoder::new(base, at_first);
-    let mut sizes = coder.sizes(&descent.levels(spacing(price.lambda, descent.mean_edge)));
-    for iteration in 0..free + gridded {
+    let mut price = Price::new(options.budget, base, run.descent.rms);
+    let annealed = |lambda: f64, iteration: usize| {
+        let rest = 1.0 - iteration as f64 / free as f64;
+        if iteration < free { lambda * ANNEALING.powf(rest) } else { lambda }
+    };
+    let trial = TRIAL.min(coarse);
+    if trial > 0 {
+        // Smooth, sharp where the base mesh clearly is, and with all its edges.
+        let mut candidates =
+            vec![Creases::by_angle(base, CREASE_ANGLE, CORNER_ANGLE), Creases::everywhere(base)];
+        candidates.retain(|creases| *creases != smooth);
+        let mut runs: Vec<Run<'_>> = iter::once(run).chain(candidates.iter().map(start)).collect();
+        runs.par_iter_mut().for_each(|run| {
+            for iteration in 0..trial {
+                run.descent.set_steps(price.lambda, STEP_FACTOR);
+                run.step(annealed(price.lambda, iteration), false);
+            }
+        });
+        let objective = |run: &Run<'_>| run.objective(price.lambda, true);
+        let best = runs.into_iter().min_by(|a, b| objective(a).total_cmp(&objective(b)));
+        run = best.expect("the smooth one is always there");
+    }
+    for iteration in trial..free + gridded {
         progress.check()?;
         if iteration == coarse && at_first < levels {
-            descent = descent.refined(base);
-            coder = LevelCoder::new(base, levels);
+            run.refine(base);
         }
         if iteration + TRUE_ITERATIONS == free + gridded && !std::ptr::addr_eq(surface, truth) {
-            descent.turn_to(truth);
+            run.descent.turn_to(truth);
         }
         let on_grid = iteration >= free;
         if iteration > 0 && iteration + SETTLED < free + gridded {
-            price.follow(sizes, on_grid, descent.rms);
+            price.follow(run.sizes, on_grid, run.descent.rms);
         }
-        let annealing = if on_grid { 1.0 } else { ANNEALING.powf(1.0 - iteration as f64 / free as f64) };
-        let lambda = price.lambda * annealing;
-        let spacing = spacing(lambda, descent.mean_edge);
+        let lambda = annealed(price.lambda, iteration);
         if !on_grid {
-            descent.set_steps(price.lambda, STEP_FACTOR);
+            run.descent.set_steps(price.lambda, STEP_FACTOR);
         } else if iteration == free {
-            descent.snap_to_grid(spacing);
-            descent.project();
-            sizes = coder.sizes(&descent.levels(spacing));
+            run.snap_to_grid(lambda);
         }
-        // Control vertices are free at first: bits for them do not count.
-        let objective = |rms: f64, [base, levels]: [usize; 2]| {
-            rms * rms + 8.0 * lambda * (levels + if on_grid { base } else { 0 }) as f64
-        };
-        let before = (descent.state(), objective(descent.rms, sizes));
-        for sweep in 0..SWEEPS {
-            descent.price(sweep == 0);
-            if on_grid || sweep == 0 {
-                descent.sweep_control(lambda);
-            }
-            descent.sweep(lambda);
-        }
-        if on_grid && iteration + 1 < free + gridded {
-            descent.fit_steps();
-        }
-        let coded = descent.levels(spacing);
-        let ((), after) = rayon::join(|| descent.project(), || coder.sizes(&coded));
-        if descent.trust(objective(descent.rms, after), before) {
-            sizes = after;
-        }
-        progress.detail(&format!("distance {:.4} % of the diagonal", descent.mean / 100.0));
+        run.step(lambda, on_grid);
+        progress.detail(&format!("distance {:.4} % of the diagonal", run.descent.mean / 100.0));
         progress.report("levels", (iteration + 1) as f64 / (free + gridded) as f64);
     }
-    let field = DisplacementField::levelled(base, descent.levels(spacing(price.lambda, descent.mean_edge)))?;
+    let field = DisplacementField::levelled(base, run.levels(price.lambda))?;
     let measured = Measured::of(truth, &similarity, &field, &sampler, options.seed);
     let report =
         FitReport { epochs: free + gridded, seconds: started.elapsed().as_secs_f64(), ..measured.report() };
     Ok(LevelFit { field, report, price: price.lambda })
+}
+
+/// A descent and what its numbers take in a file.
+struct Run<'a> {
+    descent: Descent<'a>,
+    coder: LevelCoder,
+    /// Bytes of base mesh and levels.
+    sizes: [usize; 2],
+    /// Whether all edges are creases.
+    is_polyhedral: bool,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        surface: &'a dyn Surface,
+        similarity: Similarity,
+        base: &ManifoldMesh,
+        creases: &Creases,
+        levels: usize,
+    ) -> Self {
+        let descent = Descent::new(surface, similarity, base, creases, levels);
+        let coder = LevelCoder::new(base, levels);
+        let sizes = coder.sizes(&descent.levels(descent.mean_edge / 4.0));
+        let is_polyhedral = *creases == Creases::everywhere(base);
+        Self { descent, coder, sizes, is_polyhedral }
+    }
+
+    /// Goes on with a level more.
+    fn refine(&mut self, base: &ManifoldMesh) {
+        self.descent.refine(base);
+        self.coder = LevelCoder::new(base, self.descent.level_count());
+    }
+
+    /// The levels as they are now, their control vertices on a grid for this price of bits.
+    fn levels(&self, lambda: f64) -> Levels {
+        self.descent.levels(spacing(lambda, self.descent.mean_edge))
+    }
+
+    /// `D + λ · bits`; those of control vertices do not count as long as these are free.
+    fn objective(&self, lambda: f64, on_grid: bool) -> f64 {
+        let [base, levels] = self.sizes;
+        let bytes = levels + if on_grid { base } else { 0 };
+        self.descent.rms.powi(2) + 8.0 * lambda * bytes as f64
+    }
+
+    /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and finer ones, since
+    /// there displacements do not make up for what rounding does.
+    fn snap_to_grid(&mut self, lambda: f64) {
+        let free = self.descent.state();
+        let spacing = spacing(lambda, self.descent.mean_edge);
+        let count = if self.is_polyhedral { FINER_GRIDS } else { 1 };
+        let mut snapped = |spacing: f64| {
+            self.descent.restore(free.clone());
+            self.descent.snap_to_grid(spacing);
+            self.descent.project();
+            self.sizes = self.coder.sizes(&self.descent.levels(spacing));
+            self.objective(lambda, true)
+        };
+        let spacings = (0..count).map(|k| spacing / f64::from(1 << k));
+        let objectives: Vec<(f64, f64)> = spacings.map(|s| (snapped(s), s)).collect();
+        let best = objectives.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        best.into_iter().for_each(|(_, spacing)| {
+            snapped(spacing);
+        });
+    }
+
+    /// Sweeps over all numbers and projects anew.
+    fn step(&mut self, lambda: f64, on_grid: bool) {
+        let (state, sizes) = (self.descent.state(), self.sizes);
+        let before = self.objective(lambda, on_grid);
+        for sweep in 0..SWEEPS {
+            self.descent.price(sweep == 0);
+            if on_grid || sweep == 0 {
+                self.descent.sweep_control(lambda);
+            }
+            self.descent.sweep(lambda);
+        }
+        if on_grid {
+            self.descent.fit_steps();
+        }
+        let coded = self.levels(lambda);
+        let (descent, coder) = (&mut self.descent, &self.coder);
+        ((), self.sizes) = rayon::join(|| descent.project(), || coder.sizes(&coded));
+        if !self.descent.trust(self.objective(lambda, on_grid), (state, before)) {
+            self.sizes = sizes;
+        }
+    }
 }
 
 /// The price of a bit, which follows the size that is wanted.
@@ -261,10 +359,11 @@ impl Price {
         let factor = if on_grid {
             (size / bytes).powf(1.5).clamp(0.6, 1.6)
         } else {
+            let rms = rms.max(self.close_enough);
             let wanted = rms * rms * size * size / (4.0 * bytes.powi(3));
             (wanted / self.lambda).clamp(0.05, 20.0)
         };
-        if rms > self.close_enough || factor > 1.0 {
+        if !on_grid || rms > self.close_enough || factor > 1.0 {
             self.lambda = (self.lambda * factor).max(MIN_PRICE);
         }
     }

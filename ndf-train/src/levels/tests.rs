@@ -130,3 +130,38 @@ fn a_boundary_stays_one() {
     assert!(fit.report.projection_rms < 0.01, "{:?}", fit.report);
     assert_eq!(fit.field.base().topology().boundary_edge_count(), 24);
 }
+
+/// The surface of a box.
+struct Cuboid(BoundingBox);
+
+impl Surface for Cuboid {
+    fn bounds(&self) -> BoundingBox {
+        self.0
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+        for (query, foot) in queries.iter().zip(feet) {
+            let inside = query.point.clamp(self.0.min, self.0.max);
+            let sides = (0..3).flat_map(|c| [(c, self.0.min[c], -1.0), (c, self.0.max[c], 1.0)]);
+            let away = |&(c, side, _): &(usize, f64, f64)| (inside[c] - side).abs();
+            let (c, side, sign) = sides.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap();
+            let (mut point, mut normal) = (inside, DVec3::ZERO);
+            (point[c], normal[c]) = (side, sign);
+            *foot = Ok(Foot { point, normal, hint: Hint::NONE });
+        }
+    }
+}
+
+/// A box that is its own base mesh stays one, with its edges and corners.
+#[test]
+fn what_is_sharp_stays_sharp() {
+    let base = manifold(shapes::cube(2));
+    let fit = fitted(&Cuboid(base.bounds()), &base, &LevelOptions::default());
+    assert!(fit.report.projection_max < 1e-4, "{:?}", fit.report);
+    let surface = fit.field.level_surface().unwrap();
+    let bounds = BoundingBox::of_points(surface.points());
+    for corner in [bounds.min, bounds.max] {
+        assert!((corner.abs() - 1.5).abs().max_element() < 1e-4, "{corner}");
+        assert!(surface.points().iter().any(|p| p.distance(corner) < 1e-4));
+    }
+}

@@ -2,13 +2,18 @@
 //! few of the coarser one.
 //!
 //! [`Refinement`] is the connectivity of one level, in a numbering that follows from the faces alone: edges are numbered
-//! as the faces name them, face by face and side by side. The new vertex of edge e has the number `vertices + e`. The weights are
-//! those of Loop in the interior with the weights of Warren (1995) around vertices, those of a cubic
-//! spline on the boundary (Hoppe et al. 1994), so that a boundary is a smooth curve that does not depend on the interior.
+//! as the faces name them, face by face and side by side. The new vertex of edge e has the number `vertices + e`. The
+//! weights are those of Loop in the interior with the weights of Warren (1995) around vertices, and those of a cubic
+//! spline on the boundary and on [creases](Creases) (Hoppe et al. 1994): these are smooth curves that do not depend on
+//! the rest. Corners stay where they are.
+
+mod creases;
 
 use ndf_core::DVec3;
 
 use crate::ManifoldMesh;
+
+pub use creases::Creases;
 
 /// No vertex: an edge of the boundary has but one face.
 pub const NONE: u32 = u32::MAX;
@@ -20,6 +25,8 @@ pub struct Side {
     pub ends: [u32; 2],
     /// The third vertices of its first and its second face; the latter is [`NONE`] on the boundary.
     pub across: [u32; 2],
+    /// Whether it is a crease or on the boundary.
+    pub is_sharp: bool,
 }
 
 impl Side {
@@ -36,25 +43,73 @@ pub struct Refinement {
     faces: Vec<[u32; 3]>,
     face_edges: Vec<[u32; 3]>,
     edges: Vec<Side>,
-    /// Of every vertex: its number of edges, and whether it is on the boundary.
+    /// By vertex.
     rings: Vec<Ring>,
 }
 
+/// What counts of the edges around a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ring {
     degree: u32,
-    is_boundary: bool,
+    kind: Kind,
+}
+
+/// The rule of a vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    /// In the interior, or where a crease ends.
+    #[default]
+    Smooth,
+    /// On a curve of two sharp edges.
+    Crease,
+    /// It stays where it is.
+    Corner,
 }
 
 impl Refinement {
-    /// The connectivity of a mesh itself. O(n).
+    /// The connectivity of a mesh itself, without creases. O(n).
     pub fn from_mesh(mesh: &ManifoldMesh) -> Self {
         let topology = mesh.topology();
         let provisional = topology.faces().map(|f| topology.face_edges(f).map(u32::from)).collect();
-        Self::numbered(mesh.vertex_count(), mesh.faces().to_vec(), provisional, topology.edge_count())
+        let mut level =
+            Self::numbered(mesh.vertex_count(), mesh.faces().to_vec(), provisional, topology.edge_count());
+        level.set_kinds(|_| false);
+        level
     }
 
-    /// Numbers edges as the faces name them.
+    /// The same with these creases. O(n).
+    ///
+    /// # Panics
+    /// If the creases are those of a mesh of another connectivity.
+    #[must_use]
+    pub fn with_creases(mut self, creases: &Creases) -> Self {
+        for (e, side) in self.edges.iter_mut().enumerate() {
+            side.is_sharp |= creases.is_crease(e);
+        }
+        self.set_kinds(|v| creases.is_corner(v));
+        self
+    }
+
+    /// Number of sharp edges of every vertex.
+    fn sharp_counts(&self) -> Vec<u32> {
+        let mut counts = vec![0; self.vertex_count];
+        for side in self.edges.iter().filter(|side| side.is_sharp) {
+            side.ends.into_iter().for_each(|v| counts[v as usize] += 1);
+        }
+        counts
+    }
+
+    fn set_kinds(&mut self, is_corner: impl Fn(usize) -> bool) {
+        for (v, count) in self.sharp_counts().into_iter().enumerate() {
+            self.rings[v].kind = match count {
+                0 | 1 => Kind::Smooth,
+                2 if !is_corner(v) => Kind::Crease,
+                _ => Kind::Corner,
+            };
+        }
+    }
+
+    /// Numbers edges as the faces name them. Edges on the boundary alone are sharp, and all vertices smooth.
     fn numbered(
         vertex_count: usize,
         faces: Vec<[u32; 3]>,
@@ -72,21 +127,19 @@ impl Refinement {
                     *number = edges.len() as u32;
                     let ends = [face[c], face[(c + 1) % 3]];
                     ends.into_iter().for_each(|v| rings[v as usize].degree += 1);
-                    edges.push(Side { ends, across: [third, NONE] });
+                    edges.push(Side { ends, across: [third, NONE], is_sharp: true });
                 } else {
-                    edges[*number as usize].across[1] = third;
+                    let edge = &mut edges[*number as usize];
+                    (edge.across[1], edge.is_sharp) = (third, false);
                 }
                 *side = *number;
             }
         }
-        for side in edges.iter().filter(|side| side.is_boundary()) {
-            side.ends.into_iter().for_each(|v| rings[v as usize].is_boundary = true);
-        }
         Self { vertex_count, faces, face_edges, edges, rings }
     }
 
-    /// The next level: faces 4 f, …, 4 f + 2 lie at corners 0, 1, 2 of face f and begin their corners there with the same number;
-    /// face 4 f + 3 is the one between, its corners on sides 0, 1, 2. O(n).
+    /// The next level: faces 4 f, …, 4 f + 2 lie at corners 0, 1, 2 of face f and begin their corners there with the
+    /// same number; face 4 f + 3 is the one between, its corners on sides 0, 1, 2. O(n).
     #[must_use]
     pub fn refined(&self) -> Self {
         let (v, e) = (self.vertex_count as u32, self.edges.len() as u32);
@@ -107,7 +160,51 @@ impl Refinement {
             ]);
         }
         let edge_count = 2 * self.edges.len() + 3 * self.faces.len();
-        Self::numbered(self.vertex_count + self.edges.len(), faces, face_edges, edge_count)
+        let mut finer = Self::numbered(self.vertex_count + self.edges.len(), faces, face_edges, edge_count);
+        let (old, new) = finer.rings.split_at_mut(self.vertex_count);
+        old.iter_mut().zip(&self.rings).for_each(|(ring, old)| ring.kind = old.kind);
+        for (ring, side) in new.iter_mut().zip(&self.edges) {
+            ring.kind = if side.is_sharp { Kind::Crease } else { Kind::Smooth };
+        }
+        if self.has_creases() {
+            // The halves of a crease begin or end at the vertex in its middle, and at one of its own.
+            for side in &mut finer.edges {
+                let [a, b] = side.ends;
+                let of = |middle: u32, end: u32| {
+                    let parent = middle.checked_sub(v).map(|e| &self.edges[e as usize]);
+                    parent.is_some_and(|parent| parent.is_sharp && parent.ends.contains(&end))
+                };
+                side.is_sharp |= of(a, b) || of(b, a);
+            }
+        }
+        finer
+    }
+
+    /// Whether there are creases.
+    pub fn has_creases(&self) -> bool {
+        self.edges.iter().any(|side| side.is_sharp && !side.is_boundary())
+    }
+
+    /// The tangents of creases and boundaries at their vertices, from the neighbours there; zero for other vertices and
+    /// corners.
+    ///
+    /// # Panics
+    /// If the number of positions is not that of the vertices.
+    pub fn crease_tangents(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        assert_eq!(positions.len(), self.vertex_count);
+        let mut ends = vec![[NONE; 2]; self.vertex_count];
+        for side in self.edges.iter().filter(|side| side.is_sharp) {
+            let [a, b] = side.ends;
+            for (v, w) in [(a, b), (b, a)] {
+                let list = &mut ends[v as usize];
+                list[usize::from(list[0] != NONE)] = w;
+            }
+        }
+        let tangent = |(&[a, b], ring): (&[u32; 2], &Ring)| match ring.kind {
+            Kind::Crease => (positions[b as usize] - positions[a as usize]).normalize_or_zero(),
+            Kind::Smooth | Kind::Corner => DVec3::ZERO,
+        };
+        ends.iter().zip(&self.rings).map(tangent).collect()
     }
 
     /// Number of vertices.
@@ -159,7 +256,7 @@ impl Refinement {
     pub fn subdivision_entries(&self, mut entry: impl FnMut(u32, u32, f64)) {
         self.smoothing_entries(Weights::subdivision, &mut entry);
         for (row, side) in (self.vertex_count as u32..).zip(&self.edges) {
-            let (end, across) = if side.is_boundary() { (0.5, 0.0) } else { (0.375, 0.125) };
+            let (end, across) = if side.is_sharp { (0.5, 0.0) } else { (0.375, 0.125) };
             side.ends.into_iter().for_each(|v| entry(row, v, end));
             side.across.into_iter().filter(|_| across > 0.0).for_each(|v| entry(row, v, across));
         }
@@ -176,7 +273,12 @@ impl Refinement {
         for side in &self.edges {
             let [a, b] = side.ends;
             for (v, w) in [(a, b), (b, a)] {
-                if side.is_boundary() || !self.rings[v as usize].is_boundary {
+                let counts = match self.rings[v as usize].kind {
+                    Kind::Smooth => true,
+                    Kind::Crease => side.is_sharp,
+                    Kind::Corner => false,
+                };
+                if counts {
                     entry(v, w, weights[v as usize].ring);
                 }
             }
@@ -200,7 +302,7 @@ impl Refinement {
     }
 }
 
-/// Weights of a vertex and of each vertex of its ring (on the boundary: of its two neighbours there).
+/// Weights of a vertex and of each vertex of its ring (on a crease: of its two neighbours there).
 #[derive(Clone, Copy, Debug)]
 struct Weights {
     own: f64,
@@ -213,21 +315,28 @@ impl Weights {
         if degree == 3 { 3.0 / 16.0 } else { 3.0 / (8.0 * f64::from(degree.max(1))) }
     }
 
-    fn subdivision(Ring { degree, is_boundary }: Ring) -> Self {
-        if is_boundary {
-            return Self { own: 0.75, ring: 0.125 };
+    fn subdivision(Ring { degree, kind }: Ring) -> Self {
+        match kind {
+            Kind::Smooth => {
+                let beta = Self::beta(degree);
+                Self { own: 1.0 - f64::from(degree) * beta, ring: beta }
+            }
+            Kind::Crease => Self { own: 0.75, ring: 0.125 },
+            Kind::Corner => Self { own: 1.0, ring: 0.0 },
         }
-        let beta = Self::beta(degree);
-        Self { own: 1.0 - f64::from(degree) * beta, ring: beta }
     }
 
-    /// The left eigenvector of the rule for the eigenvalue 1.
-    fn limit(Ring { degree, is_boundary }: Ring) -> Self {
-        if is_boundary {
-            return Self { own: 2.0 / 3.0, ring: 1.0 / 6.0 };
+    /// The left eigenvector of the rule for the eigenvalue 1. Where a crease ends, that of a vertex without it, which differs
+    /// by little.
+    fn limit(Ring { degree, kind }: Ring) -> Self {
+        match kind {
+            Kind::Smooth => {
+                let ring = 1.0 / (3.0 / (8.0 * Self::beta(degree)) + f64::from(degree));
+                Self { own: 1.0 - f64::from(degree) * ring, ring }
+            }
+            Kind::Crease => Self { own: 2.0 / 3.0, ring: 1.0 / 6.0 },
+            Kind::Corner => Self { own: 1.0, ring: 0.0 },
         }
-        let ring = 1.0 / (3.0 / (8.0 * Self::beta(degree)) + f64::from(degree));
-        Self { own: 1.0 - f64::from(degree) * ring, ring }
     }
 }
 
@@ -294,5 +403,50 @@ mod tests {
         let mesh = ManifoldMesh::try_from(shapes::grid(6, 6)).unwrap();
         let finer = Refinement::from_mesh(&mesh).subdivide(mesh.positions());
         assert!(finer.iter().all(|p| p.z.abs() < 1e-15));
+    }
+
+    /// A mesh whose edges are all creases stays where it is, however often it is subdivided.
+    #[test]
+    fn creases_everywhere_keep_the_mesh() {
+        for mesh in shapes() {
+            let mut level = Refinement::from_mesh(&mesh).with_creases(&Creases::everywhere(&mesh));
+            let mut positions = mesh.positions().to_vec();
+            for _ in 0..2 {
+                let middles = level.edges().iter().map(|side| {
+                    let [a, b] = side.ends.map(|v| positions[v as usize]);
+                    0.5 * (a + b)
+                });
+                let expected: Vec<DVec3> = positions.iter().copied().chain(middles).collect();
+                positions = level.subdivide(&positions);
+                assert!(positions.iter().zip(&expected).all(|(a, b)| a.distance(*b) < 1e-15));
+                level = level.refined();
+                let limit = level.limit(&positions);
+                assert!(limit.iter().zip(&positions).all(|(a, b)| a.distance(*b) < 1e-15));
+            }
+        }
+    }
+
+    /// The sides of a cube meet in creases and corners: sides stay flat and corners stay.
+    #[test]
+    fn a_cube_has_twelve_creases_and_eight_corners() {
+        let cube = ManifoldMesh::try_from(shapes::cube(3)).unwrap();
+        let creases = Creases::by_angle(&cube, 0.7, 0.9);
+        assert_eq!(creases.edges().count(), 12 * 3);
+        assert_eq!(creases.corners().count(), 0, "three creases make a corner by themselves");
+        let mut level = Refinement::from_mesh(&cube).with_creases(&creases);
+        let mut positions = cube.positions().to_vec();
+        let bounds = cube.bounds();
+        for _ in 0..3 {
+            positions = level.subdivide(&positions);
+            level = level.refined();
+        }
+        positions = level.limit(&positions);
+        let on_side = |p: DVec3| {
+            let away = (p - bounds.min).abs().min((p - bounds.max).abs());
+            away.min_element() < 1e-12
+        };
+        assert!(positions.iter().all(|&p| on_side(p)));
+        let sharp = level.edges().iter().filter(|side| side.is_sharp).count();
+        assert_eq!(sharp, 12 * 3 * 8);
     }
 }
