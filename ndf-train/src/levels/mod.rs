@@ -1,7 +1,7 @@
 //! Learning the levels of a base mesh from any surface: rate–distortion optimisation of integers.
 //!
-//! The numbers of [`Levels`] are integers that a file codes in as many bits as they are
-//! surprising. The descent looks for those of least `D + λ · bits`, where D is the mean squared distance from the
+//! The numbers of [`Levels`] are integers that a file codes in as many bits as they are surprising.
+//! The descent looks for those of least `D + λ · bits`, where D is the mean squared distance from the
 //! surface: it alternates between projecting the points of the finest level and coordinate descent on the linearised
 //! distance, and lowers λ from a multiple to its own value, so that coarse levels and control vertices settle before
 //! fine ones are paid for (Ortega & Ramchandran 1998 for the method, Khodakovsky, Schröder & Sweldens 2000 for
@@ -98,10 +98,11 @@ const COARSE: f64 = 0.75;
 const CREASE_ANGLE: f64 = 40.0 * PI / 180.0;
 const CORNER_ANGLE: f64 = 50.0 * PI / 180.0;
 
-/// Iterations after which it is seen whether creases pay: on what is made of planes and bent sheets they do, on bumps they don't.
+/// Iterations after which it is seen whether creases pay: on what is made of planes and bent sheets they do, on bumps
+/// they do not.
 const TRIAL: usize = 5;
 
-/// Grids that are tried, each half as fine as the next, where all is sharp.
+/// Grids that are tried where all is sharp, each with half the spacing of the one before.
 const FINER_GRIDS: usize = 9;
 
 /// Sweeps between two projections.
@@ -279,8 +280,8 @@ impl<'a> Run<'a> {
         self.descent.rms.powi(2) + 8.0 * lambda * bytes as f64
     }
 
-    /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and finer ones, since
-    /// there displacements do not make up for what rounding does.
+    /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and
+    /// finer ones, since there displacements do not make up for what rounding does.
     fn snap_to_grid(&mut self, lambda: f64) {
         let free = self.descent.state();
         let spacing = spacing(lambda, self.descent.mean_edge);
