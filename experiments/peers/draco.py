@@ -1,11 +1,13 @@
-"""Sizes of Draco on request: a peer of `cargo xtask compression`.
+"""Simplifies meshes and compresses them with Draco on request: a peer of `cargo xtask compression`.
 
-    python3 -m venv VENV && VENV/bin/pip install numpy DracoPy
+    python3 -m venv VENV && VENV/bin/pip install numpy DracoPy fast-simplification
 
-Usage: draco.py FOLDER. Prints a JSON line; then for every line on standard input, the name of a mesh in the folder, whose
-positions and faces are raw little-endian arrays NAME.f64 and NAME.u32, compresses it with 11 bits a coordinate, by
-edgebreaker (level 7) and sequentially (level 0), writes what comes out of the first as NAME.decoded.f64 and
-NAME.decoded.u32, and prints a JSON line with both sizes."""
+Usage: draco.py FOLDER. Prints a JSON line with versions, then one for every line on standard input. Meshes are raw
+little-endian arrays in the folder, positions NAME.f64 and faces NAME.u32.
+
+    simplify FROM TO FACES   decimates with fast-simplification, as gently as leads to so few faces
+    compress FROM TO BITS    compresses by edgebreaker at Draco's best level (10) with so many bits a coordinate, writes
+                             what comes out again as TO, and answers with the bytes"""
 
 import json
 import sys
@@ -13,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import DracoPy
+import fast_simplification
 import numpy as np
 
 folder = Path(sys.argv[1])
@@ -22,15 +25,39 @@ def answer(**values):
     print(json.dumps(values), flush=True)
 
 
-answer(DracoPy=version("DracoPy"))
-for line in sys.stdin:
-    name = line.strip()
+def read(name):
     points = np.fromfile(folder / f"{name}.f64", np.float64).reshape(-1, 3)
-    faces = np.fromfile(folder / f"{name}.u32", np.uint32).reshape(-1, 3)
-    edgebreaker, sequential = (
-        DracoPy.encode(points, faces, quantization_bits=11, compression_level=level) for level in (7, 0)
-    )
-    mesh = DracoPy.decode(edgebreaker)
-    np.asarray(mesh.points, np.float64).tofile(folder / f"{name}.decoded.f64")
-    np.asarray(mesh.faces, np.uint32).tofile(folder / f"{name}.decoded.u32")
-    answer(edgebreaker=len(edgebreaker), sequential=len(sequential))
+    return points, np.fromfile(folder / f"{name}.u32", np.uint32).reshape(-1, 3)
+
+
+def write(name, points, faces):
+    np.asarray(points, np.float64).tofile(folder / f"{name}.f64")
+    np.asarray(faces, np.uint32).tofile(folder / f"{name}.u32")
+
+
+def simplify(source, target, count):
+    points, faces = read(source)
+    # Its thresholds are lengths, for a mesh of about unit size.
+    least, size = points.min(axis=0), np.ptp(points, axis=0).max()
+    unit = ((points - least) / size).astype(np.float32)
+    for aggression in range(1, 11):
+        points, simplified = fast_simplification.simplify(
+            unit, faces.astype(np.int32), target_count=count, agg=aggression
+        )
+        if len(simplified) <= 1.01 * count:
+            break
+    write(target, points.astype(np.float64) * size + least, simplified)
+    answer(faces=len(simplified), aggression=aggression)
+
+
+def compress(source, target, bits):
+    stream = DracoPy.encode(*read(source), quantization_bits=bits, compression_level=10)
+    mesh = DracoPy.decode(stream)
+    write(target, mesh.points, mesh.faces)
+    answer(bytes=len(stream))
+
+
+answer(**{name: version(name) for name in ("DracoPy", "fast-simplification")})
+for line in sys.stdin:
+    command, source, target, number = line.split()
+    {"simplify": simplify, "compress": compress}[command](source, target, int(number))

@@ -2,7 +2,9 @@
 //!
 //! A program built on this crate has the defaults of the program `ndf`.
 
+use ndf_model::levels::MAX_FACES;
 use ndf_train::Settings;
+use ndf_train::levels::{BYTES_PER_FACE, Budget, LevelOptions};
 use ndf_train::scalars::ScalarSettings;
 
 use crate::Kind;
@@ -26,6 +28,17 @@ pub const NOTABLY_FLIPPED: f64 = 0.01;
 
 /// Faces of a base mesh.
 pub const BASE_FACES: usize = 4000;
+
+/// What of a size is set aside for the parts of a model file beside base mesh and levels: its table, the similarity, and how
+/// it was made.
+const BYTES_BESIDE: usize = 450;
+
+/// The levels for a model file of about so many bytes, and how many faces their base mesh should have.
+pub fn levels_of_size(bytes: usize) -> (LevelOptions, usize) {
+    let bytes = bytes.saturating_sub(BYTES_BESIDE);
+    let faces = ((bytes as f64 / BYTES_PER_FACE) as usize).min(MAX_FACES);
+    (LevelOptions { budget: Budget::Bytes(bytes), ..LevelOptions::default() }, faces)
+}
 
 /// Sets of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,21 +1,24 @@
-//! What models weigh and what that costs, beside decimated meshes compressed by Draco or not at all.
+//! What models weigh and what that costs, beside coarse meshes in few bytes.
 
+mod hull;
+mod models;
 mod page;
 mod reference;
 mod rivals;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use ndf::{EdgeLength, Fit, ModelExt, OpenOptions, Settings};
-use ndf_mesh::io::read_mesh;
-use ndf_model::file::SectionSizes;
-use serde::{Deserialize, Serialize};
+use clap::Args;
+use ndf::{BaseSource, OpenOptions, Opened};
+use ndf_cli::commands::sample::Shape;
+use ndf_mesh::ManifoldMesh;
 
 use crate::root;
-use crate::rows::{Row, Rows};
-use reference::{Errors, Reference};
+use crate::rows::Rows;
+use models::{Kind, ModelRow};
+use reference::Reference;
+use rivals::RivalRow;
 
 const MESHES: &[&str] = &[
     "armadillo_86k.obj",
@@ -26,7 +29,13 @@ const MESHES: &[&str] = &[
     "bunny_7k.off",
     "casting.off",
     "spot.obj",
+    TREFOIL,
+    CUBE,
 ];
+
+/// Meshes that no file holds: those of `ndf sample mesh --shape`.
+const TREFOIL: &str = "trefoil";
+const CUBE: &str = "cube";
 
 /// What to measure.
 #[derive(Args)]
@@ -34,17 +43,20 @@ pub(crate) struct Options {
     /// The folder with the meshes
     #[arg(long, default_value = "../shared/data/mesh")]
     data: PathBuf,
-    /// Meshes of the folder [default: eight]
+    /// Meshes of the folder, trefoil or cube [default: eight, and these two]
     #[arg(long = "mesh")]
     meshes: Vec<String>,
-    /// Faces of the base meshes; those of more faces than the mesh has are left out
+    /// Models; none without a value
+    #[arg(long, value_enum, value_delimiter = ',', num_args = 0.., default_values_t = [Kind::Rounded, Kind::Single, Kind::Levels])]
+    models: Vec<Kind>,
+    /// Faces of the base meshes of networks; those of more faces than the mesh has are left out
     #[arg(long, value_delimiter = ',', default_values_t = [500, 1_000, 2_000, 4_000, 8_000, 16_000, 32_000])]
-    base_faces: Vec<u32>,
-    /// How numbers are kept
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Numbers::Rounded, Numbers::Single])]
-    numbers: Vec<Numbers>,
-    /// A Python interpreter with numpy and DracoPy (see experiments/peers/draco.py); without it, meshes are not
-    /// measured beside models
+    base_faces: Vec<usize>,
+    /// Bytes of models of levels
+    #[arg(long, value_delimiter = ',', default_values_t = [3_000, 4_500, 6_500, 9_000, 13_000, 17_500, 26_000])]
+    sizes: Vec<usize>,
+    /// A Python interpreter with numpy, DracoPy and fast-simplification (see experiments/peers/draco.py); without it,
+    /// meshes are not measured beside models
     #[arg(long)]
     python: Option<PathBuf>,
     /// Relative edge length of the meshes on which models are measured; with another than the default, rows are printed
@@ -56,101 +68,40 @@ pub(crate) struct Options {
     missing: bool,
 }
 
-/// How a model keeps its numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Numbers {
-    /// In single precision
-    Single,
-    /// As the default preset
-    Rounded,
-}
-
-impl Numbers {
-    fn set(self, settings: &mut Settings) {
-        if self == Self::Single {
-            settings.precision = None;
-        }
-    }
-}
-
 /// Relative edge length of the meshes of the rows that are kept.
 const EDGE_LENGTH: f64 = 0.005;
-
-/// A model: bytes of its parts, and errors as shares of 1.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct ModelRow {
-    mesh: String,
-    base_faces: u32,
-    numbers: Numbers,
-    base: usize,
-    features: usize,
-    network: usize,
-    bytes: usize,
-    mean: f64,
-    max: f64,
-    geodesic: f64,
-    eigenvalues: f64,
-}
-
-impl Row for ModelRow {
-    fn key(&self) -> String {
-        model_key(&self.mesh, self.base_faces, self.numbers)
-    }
-}
-
-fn model_key(mesh: &str, base_faces: u32, numbers: Numbers) -> String {
-    format!("{mesh} {base_faces} {numbers:?}")
-}
-
-/// A decimated mesh: its sizes and errors.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct RivalRow {
-    mesh: String,
-    faces: usize,
-    edgebreaker: usize,
-    sequential: usize,
-    plain: usize,
-    mean: f64,
-    max: f64,
-    geodesic: f64,
-    eigenvalues: f64,
-}
-
-impl Row for RivalRow {
-    fn key(&self) -> String {
-        rivals::key(&self.mesh, self.faces)
-    }
-}
 
 /// Measures what is asked for and makes docs/compression.md again.
 pub(crate) fn run(options: &Options) -> Result<(), String> {
     let folder = root().join("docs/compression");
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut models: Rows<ModelRow> = Rows::open(folder.join("models.csv"))?;
-    let mut rivals: Rows<RivalRow> = Rows::open(folder.join("decimated.csv"))?;
+    let mut rivals: Rows<RivalRow> = Rows::open(folder.join("rivals.csv"))?;
     let all: Vec<String> = MESHES.iter().map(|&m| m.to_owned()).collect();
     for name in if options.meshes.is_empty() { &all } else { &options.meshes } {
-        let path = root().join(&options.data).join(name);
         let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
-        let mesh = read_mesh(&path).map_err(|e| say(&e))?.mesh;
-        let faces = mesh.face_count();
-        let mut jobs: Vec<(u32, Numbers)> = Vec::new();
-        for &numbers in &options.numbers {
-            let sizes = options.base_faces.iter().filter(|&&base_faces| (base_faces as usize) < faces);
-            jobs.extend(sizes.map(|&base_faces| (base_faces, numbers)));
+        let opened = opened(name, options).map_err(|e| say(&e))?;
+        let BaseSource::Manifold(mesh) = &opened.base else { return Err(say(&"it is no clean manifold")) };
+        let mut jobs: Vec<(Kind, usize)> = Vec::new();
+        for &kind in &options.models {
+            let asked = if kind == Kind::Levels { &options.sizes } else { &options.base_faces };
+            let fits = |&&asked: &&usize| kind == Kind::Levels || asked < mesh.face_count();
+            jobs.extend(asked.iter().filter(fits).map(|&asked| (kind, asked)));
         }
-        jobs.retain(|&(f, n)| !(options.missing && models.contains(&model_key(name, f, n))));
-        if jobs.is_empty() && options.python.is_none() {
+        jobs.retain(|&(kind, asked)| !(options.missing && models.contains(&models::key(name, kind, asked))));
+        let mut rival_jobs = if options.python.is_some() { rivals::jobs(name, mesh) } else { Vec::new() };
+        rival_jobs.retain(|job| !(options.missing && rivals.contains(&job.key(name))));
+        if jobs.is_empty() && rival_jobs.is_empty() {
             continue;
         }
-        let reference = Reference::new(mesh).map_err(|e| say(&e))?;
+        let reference = Reference::new(ManifoldMesh::clone(mesh)).map_err(|e| say(&e))?;
         if let Some(python) = &options.python {
-            rivals::measured(name, &reference, python, options.missing, &mut rivals).map_err(|e| say(&e))?;
-        }
-        for (base_faces, numbers) in jobs {
-            let row = model(name, &path, &reference, base_faces, numbers, options.edge_length)
+            rivals::measure(name, &opened, &reference, python, &rival_jobs, &mut rivals)
                 .map_err(|e| say(&e))?;
+        }
+        for job in jobs {
+            let row =
+                models::measured(name, &opened, &reference, job, options.edge_length).map_err(|e| say(&e))?;
             eprintln!("{row:?}");
             if options.edge_length == EDGE_LENGTH {
                 models.put(row)?;
@@ -161,32 +112,11 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     page::write(&folder, models.all(), rivals.all())
 }
 
-fn model(
-    name: &str,
-    path: &Path,
-    reference: &Reference,
-    base_faces: u32,
-    numbers: Numbers,
-    edge_length: f64,
-) -> Result<ModelRow, String> {
-    let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| e.to_string())?;
-    let fit = Fit::new(&opened).base_faces(base_faces as usize).with(|settings| numbers.set(settings));
-    let model = fit.run().map_err(|e| e.to_string())?.model;
-    let surface = model.extract(EdgeLength::Relative(edge_length)).map_err(|e| e.to_string())?.mesh;
-    let Errors { mean, max, geodesic, eigenvalues } = reference.errors(&surface)?;
-    let SectionSizes { base, features, network, total: bytes, .. } = model.section_sizes();
-    let mesh = name.to_owned();
-    Ok(ModelRow {
-        mesh,
-        base_faces,
-        numbers,
-        base,
-        features,
-        network,
-        bytes,
-        mean,
-        max,
-        geodesic,
-        eigenvalues,
-    })
+/// The surface of a name.
+fn opened(name: &str, options: &Options) -> Result<Opened, ndf::OpenError> {
+    match name {
+        TREFOIL => ndf::open_mesh(Shape::Trefoil.mesh()),
+        CUBE => ndf::open_mesh(Shape::Cube.mesh()),
+        file => ndf::open(root().join(&options.data).join(file), &OpenOptions::default()),
+    }
 }

@@ -1,30 +1,107 @@
-//! The tables of docs/compression.md, and a plot for every mesh.
+//! The tables of docs/compression.md, and plots for every mesh.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use super::{MESHES, ModelRow, Numbers, RivalRow};
+use super::MESHES;
+use super::hull::Hull;
+use super::models::{Kind, ModelRow};
+use super::rivals::{Coder, RivalRow, Source};
 use crate::document::replace_table;
 use crate::plot::error_by_bytes;
 use crate::root;
 
+/// An error that models and rivals are compared by, as shares of 1. Some have no place for lengths to be corrected.
+struct Compared {
+    /// The name of its table and its plots.
+    name: &'static str,
+    /// What is plotted.
+    axis: &'static str,
+    digits: usize,
+    model: fn(&ModelRow) -> Option<f64>,
+    rival: fn(&RivalRow) -> f64,
+}
+
+const COMPARED: [Compared; 5] = [
+    Compared {
+        name: "distance",
+        axis: "mean distance, % of the diagonal",
+        digits: 5,
+        model: |row| Some(row.mean),
+        rival: |row| row.mean,
+    },
+    Compared {
+        name: "geodesics",
+        axis: "error of geodesic distances, %",
+        digits: 4,
+        model: |row| Some(row.geodesic),
+        rival: |row| row.geodesic,
+    },
+    Compared {
+        name: "geodesics corrected",
+        axis: "error of geodesic distances, lengths corrected, %",
+        digits: 4,
+        model: |row| row.geodesic_corrected,
+        rival: |row| row.geodesic.min(row.geodesic_corrected),
+    },
+    Compared {
+        name: "eigenvalues",
+        axis: "error of eigenvalues, %",
+        digits: 4,
+        model: |row| Some(row.eigenvalues),
+        rival: |row| row.eigenvalues,
+    },
+    Compared {
+        name: "eigenvalues corrected",
+        axis: "error of eigenvalues, lengths corrected, %",
+        digits: 4,
+        model: |row| row.eigenvalues_corrected,
+        rival: |row| row.eigenvalues.min(row.eigenvalues_corrected),
+    },
+];
+
+/// Coarse meshes that are one method.
+struct Rival {
+    name: &'static str,
+    is_member: fn(&RivalRow) -> bool,
+}
+
+const RIVALS: [Rival; 3] = [
+    Rival { name: "Draco, decimated meshes", is_member: |row| row.source != Source::Base },
+    Rival {
+        name: "Draco, base meshes",
+        is_member: |row| row.source == Source::Base && row.coder == Coder::Draco,
+    },
+    Rival { name: "ndf, base meshes alone", is_member: |row| row.coder == Coder::Ndf },
+];
+
 /// Writes the tables and the plots.
 pub(super) fn write(folder: &Path, models: &[ModelRow], rivals: &[RivalRow]) -> Result<(), String> {
     let mut models = models.to_vec();
-    models.sort_by_key(|row| (place(&row.mesh), row.base_faces, row.numbers as usize));
-    let mut rivals = rivals.to_vec();
-    rivals.sort_by_key(|row| (place(&row.mesh), row.faces));
+    models
+        .sort_by_key(|row| (place(&row.mesh), row.model == Kind::Levels, row.base_faces, row.model as usize));
     let document = root().join("docs/compression.md");
-    replace_table(&document, "cargo xtask compression, models", &models_table(&models))?;
-    replace_table(&document, "cargo xtask compression, rivals", &rivals_table(&models, &rivals))?;
+    let replace = |name: &str, table: &str| {
+        replace_table(&document, &format!("cargo xtask compression, {name}"), table)
+    };
+    replace("networks", &networks_table(&models))?;
+    replace("levels", &levels_table(&models))?;
+    for compared in &COMPARED {
+        replace(compared.name, &compared_table(compared, &models, rivals))?;
+    }
     for mesh in MESHES {
         let models: Vec<&ModelRow> = models.iter().filter(|row| row.mesh == *mesh).collect();
         let rivals: Vec<&RivalRow> = rivals.iter().filter(|row| row.mesh == *mesh).collect();
-        if !models.is_empty() && !rivals.is_empty() {
-            let stem = mesh.split('.').next().unwrap_or(mesh);
+        if models.is_empty() || rivals.is_empty() {
+            continue;
+        }
+        // Errors of lengths as they are have tables alone.
+        for compared in COMPARED.iter().step_by(2) {
+            let stem = format!("{}_{}", stem(mesh), compared.name.replace(' ', "_"));
             let file = folder.join(stem).with_extension("svg");
-            let svg = plot(stem, &models, &rivals).map_err(|e| format!("{}: {e}", file.display()))?;
+            let svg =
+                plot(compared, mesh, &models, &rivals).map_err(|e| format!("{}: {e}", file.display()))?;
             fs::write(&file, svg).map_err(|e| format!("{}: {e}", file.display()))?;
         }
     }
@@ -36,95 +113,113 @@ fn place(mesh: &str) -> usize {
     MESHES.iter().position(|m| *m == mesh).unwrap_or(MESHES.len())
 }
 
-fn models_table(models: &[ModelRow]) -> String {
+fn stem(mesh: &str) -> &str {
+    mesh.split('.').next().unwrap_or(mesh)
+}
+
+fn percent(share: f64, digits: usize) -> String {
+    format!("{:.digits$} %", 100.0 * share)
+}
+
+fn networks_table(models: &[ModelRow]) -> String {
     let mut table = String::from(
         "| mesh | base faces | numbers | base | features | network | file | mean | largest | geodesics | eigenvalues |\n\
          |---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
     );
     for row in models {
-        let ModelRow { mesh, base_faces, numbers, base, features, network, bytes, .. } = row;
-        let numbers = match numbers {
-            Numbers::Single => "single",
-            Numbers::Rounded => "rounded",
+        let ModelRow { mesh, base_faces, base, features, network, bytes, .. } = row;
+        let numbers = match row.model {
+            Kind::Single => "single",
+            Kind::Rounded => "rounded",
+            Kind::Levels => continue,
         };
         let _ = writeln!(
             table,
-            "| {mesh} | {base_faces} | {numbers} | {base} | {features} | {network} | {bytes} | {:.5} % | {:.3} % | {:.4} % | {:.4} % |",
-            100.0 * row.mean,
-            100.0 * row.max,
-            100.0 * row.geodesic,
-            100.0 * row.eigenvalues,
+            "| {mesh} | {base_faces} | {numbers} | {base} | {features} | {network} | {bytes} | {} | {} | {} | {} |",
+            percent(row.mean, 5),
+            percent(row.max, 3),
+            percent(row.geodesic, 4),
+            percent(row.eigenvalues, 4),
         );
     }
     table
 }
 
-fn rivals_table(models: &[ModelRow], rivals: &[RivalRow]) -> String {
+fn levels_table(models: &[ModelRow]) -> String {
     let mut table = String::from(
-        "| mesh | base faces | model | geodesics | edgebreaker | sequential | plain mesh | mean distance | edgebreaker |\n\
-         |---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
+        "| mesh | size | base faces | base | levels | file | mean | largest | normals | area | flipped | geodesics | corrected | eigenvalues | corrected | fit |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
     );
-    for row in models.iter().filter(|row| row.numbers == Numbers::Rounded) {
-        let rivals: Vec<&RivalRow> = rivals.iter().filter(|rival| rival.mesh == row.mesh).collect();
-        let equal = |error: fn(&RivalRow) -> f64, wanted: f64, bytes: fn(&RivalRow) -> usize| {
-            let known: Vec<(f64, f64)> = rivals.iter().map(|r| (error(r), bytes(r) as f64)).collect();
-            at_equal_error(&known, wanted)
-        };
-        let geodesic = |bytes| equal(|r| r.geodesic, row.geodesic, bytes);
+    for row in models {
+        let ModelRow { mesh, base_faces, base, levels, bytes, .. } = row;
+        let Some(size) = row.size else { continue };
+        let some = |share: Option<f64>, digits| share.map(|share| percent(share, digits)).unwrap_or_default();
         let _ = writeln!(
             table,
-            "| {} | {} | {} | {:.4} % | {} | {} | {} | {:.5} % | {} |",
-            row.mesh,
-            row.base_faces,
-            row.bytes,
-            100.0 * row.geodesic,
-            geodesic(|r| r.edgebreaker),
-            geodesic(|r| r.sequential),
-            geodesic(|r| r.plain),
-            100.0 * row.mean,
-            equal(|r| r.mean, row.mean, |r| r.edgebreaker),
+            "| {mesh} | {size} | {base_faces} | {base} | {levels} | {bytes} | {} | {} | {:.2}° | {} | {} | {} | {} | {} | {} | {:.1} s |",
+            percent(row.mean, 5),
+            percent(row.max, 3),
+            row.normal_degrees.unwrap_or(f64::NAN),
+            some(row.area, 3),
+            some(row.flipped, 3),
+            percent(row.geodesic, 4),
+            some(row.geodesic_corrected, 4),
+            percent(row.eigenvalues, 4),
+            some(row.eigenvalues_corrected, 4),
+            row.seconds.unwrap_or(f64::NAN),
         );
     }
     table
 }
 
-/// The bytes of a decimated mesh with this error, from (error, bytes) of some, the smallest first: between the first two
-/// neighbours that enclose it, on a straight line of logarithms.
-fn at_equal_error(known: &[(f64, f64)], error: f64) -> String {
-    let Some((&(_, smallest), &(_, largest))) = known.first().zip(known.last()) else { return String::new() };
-    if known[0].0 <= error {
-        return format!("< {smallest:.0}");
-    }
-    for pair in known.windows(2) {
-        let ((coarse, few), (fine, many)) = (pair[0], pair[1]);
-        if coarse > error && error >= fine {
-            let t = (coarse / error).ln() / (coarse / fine).ln();
-            return format!("{:.0}", few * (many / few).powf(t));
+/// The bytes of every method at the errors of models.
+fn compared_table(compared: &Compared, models: &[ModelRow], rivals: &[RivalRow]) -> String {
+    let mut table = String::from("| mesh | model | file | error |");
+    RIVALS.iter().for_each(|rival| table += &format!(" {} |", rival.name));
+    table += "\n|---|---|--:|--:|--:|--:|--:|\n";
+    for row in models {
+        let kind = match row.model {
+            Kind::Single => continue,
+            Kind::Rounded => "network",
+            Kind::Levels => "levels",
+        };
+        let Some(error) = (compared.model)(row) else { continue };
+        let ModelRow { mesh, bytes, .. } = row;
+        let _ = write!(table, "| {mesh} | {kind} | {bytes} | {} |", percent(error, compared.digits));
+        for rival in &RIVALS {
+            let hull = hull(compared, rival, rivals.iter().filter(|r| r.mesh == *mesh));
+            let cell = hull.bytes(error).map(|found| found.beside(*bytes)).unwrap_or_default();
+            let _ = write!(table, " {cell} |");
         }
+        table.push('\n');
     }
-    format!("> {largest:.0}")
+    table
 }
 
-/// Error of geodesic distances against bytes.
+fn hull<'a>(compared: &Compared, rival: &Rival, rows: impl Iterator<Item = &'a RivalRow>) -> Hull {
+    Hull::new(rows.filter(|r| (rival.is_member)(r)).map(|r| (r.bytes as f64, (compared.rival)(r))))
+}
+
+/// An error against bytes: of models what was measured, of rivals the hull.
 fn plot(
-    title: &str,
+    compared: &Compared,
+    mesh: &str,
     models: &[&ModelRow],
     rivals: &[&RivalRow],
 ) -> Result<String, Box<dyn std::error::Error>> {
-    let of_models = |numbers: Numbers| {
-        let rows = models.iter().filter(|row| row.numbers == numbers);
-        rows.map(|row| (row.bytes as f64, 100.0 * row.geodesic)).collect::<Vec<_>>()
+    let of_models = |kind: Kind| {
+        let rows = models.iter().filter(|row| row.model == kind);
+        let points = rows.filter_map(|row| Some((row.bytes as f64, 100.0 * (compared.model)(row)?)));
+        points.collect::<Vec<_>>()
     };
-    let of_rivals = |bytes: fn(&RivalRow) -> usize| {
-        rivals.iter().map(|row| (bytes(row) as f64, 100.0 * row.geodesic)).collect::<Vec<_>>()
-    };
-    let lines = [
-        ("ndf, rounded", of_models(Numbers::Rounded)),
-        ("ndf, single precision", of_models(Numbers::Single)),
-        ("Draco, edgebreaker", of_rivals(|r| r.edgebreaker)),
-        ("Draco, sequential", of_rivals(|r| r.sequential)),
-        ("plain mesh", of_rivals(|r| r.plain)),
+    let mut lines = vec![
+        ("ndf, levels".to_owned(), of_models(Kind::Levels)),
+        ("ndf, network".to_owned(), of_models(Kind::Rounded)),
     ];
-    let lines = lines.map(|(name, points)| (name.to_owned(), points));
-    error_by_bytes(title, "error of geodesic distances, %", &lines)
+    for rival in &RIVALS {
+        let hull = hull(compared, rival, rivals.iter().copied());
+        let points = hull.corners().map(|(bytes, error)| (bytes, 100.0 * error)).collect();
+        lines.push((rival.name.to_owned(), points));
+    }
+    error_by_bytes(stem(mesh), compared.axis, &lines)
 }

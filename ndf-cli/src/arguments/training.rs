@@ -3,19 +3,14 @@
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use ndf::presets::BASE_FACES;
+use ndf::presets::{BASE_FACES, levels_of_size};
 use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
-use ndf_model::levels::MAX_FACES;
-use ndf_train::levels::{BYTES_PER_FACE, Budget, LevelOptions};
+use ndf_train::levels::LevelOptions;
 use ndf_train::{Schedule, Settings};
 
 use super::numbers::{bits, positive, seconds, weight};
 use crate::output::Failure;
-
-/// What of a size is set aside for the parts of a model file beside base mesh and levels: its table, the similarity, and how
-/// it was made.
-const BYTES_BESIDE: usize = 450;
 
 /// How to train, and for how long.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -133,10 +128,8 @@ impl Training {
             }
             (_, None) => Ok(Some((default, BASE_FACES))),
             (_, Some(size)) => {
-                let bytes = (size as usize).saturating_sub(BYTES_BESIDE);
-                let options = LevelOptions { budget: Budget::Bytes(bytes), ..default };
-                let faces = (bytes as f64 / BYTES_PER_FACE) as usize;
-                Ok(Some((options, faces.min(MAX_FACES))))
+                let (options, faces) = levels_of_size(size as usize);
+                Ok(Some((LevelOptions { seed, ..options }, faces)))
             }
         }
     }
