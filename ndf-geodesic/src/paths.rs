@@ -2,6 +2,11 @@
 //!
 //! A path is straight between pseudo-sources: each piece is found by the window that gives the distance, and
 //! unrolled face by face towards the window's root.
+//!
+//! A line that passes a vertex by a hair may unroll around its wrong side, or over a boundary, after which it
+//! leads nowhere; along slender faces every line does. Lengths tell where: at every edge, what is left of the
+//! line is compared with the way over the edge's ends, whose distances are known. The path goes over an end as
+//! soon as that is no longer; and where a line is lost after all, over the one that was the least longer.
 
 use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicMesh;
@@ -13,12 +18,16 @@ use crate::pseudo_sources::Root;
 use crate::queries::Piece;
 use crate::sources::{Place, above, to_surface_point};
 use crate::unfolding::Layout;
+use crate::windows::Window;
 
 /// A root is where a vertex is if it misses it by less than this, relative to the lengths around.
 const ARRIVED: f64 = 1e-7;
 
-/// Crossings this near to the end of an edge, relatively, are reported as the vertex there.
-const AT_VERTEX: f64 = 1e-12;
+/// A way over a vertex is as short as a line if it is longer by less than this part of the distance.
+const AS_SHORT: f64 = 1e-12;
+
+/// A line that is lost may be replaced by a way over a vertex that is longer by less than this part of the distance.
+const NEARLY_AS_SHORT: f64 = 1e-10;
 
 /// A shortest path on a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,14 +89,14 @@ impl Geodesics<'_> {
             Place::Vertex(v) => Piece::Vertex(v),
         };
         // Every vertex on the way is nearer than the one before.
+        let mut from = length;
         for _ in 0..=self.mesh.vertex_count() {
             let reached = match piece {
                 Piece::Vertex(v) => Root::Vertex(v),
                 Piece::Source(number) => Root::Source(number),
                 Piece::Window { halfedge, window, crossing } => {
                     let ray = Ray { halfedge, crossing, x: window.x, depth: window.depth };
-                    let root = Root::decode(window.root, self.mesh.vertex_count());
-                    self.follow(ray, root, &mut points).ok_or_else(lost)?
+                    self.follow(ray, &window, from, &mut points).ok_or_else(lost)?
                 }
             };
             let vertex = match reached {
@@ -102,32 +111,56 @@ impl Geodesics<'_> {
             if let Some(source) = self.sources.iter().position(|s| *s == Place::Vertex(vertex)) {
                 return Ok(Path { points, length, source });
             }
+            from = self.distances[vertex.index()];
             piece = self.nearest_to_vertex(vertex).piece.ok_or_else(lost)?;
         }
         Err(lost())
     }
 
-    /// Follows a line back to its root or to a vertex that lies on it, appending where it crosses edges;
-    /// returns which. `None` where it misses the root.
-    fn follow(&self, mut ray: Ray, root: Root, points: &mut Vec<SurfacePoint>) -> Option<Root> {
+    /// Follows a window's line, which begins at the distance `from`, back to its root or to a vertex over which
+    /// the rest of the way is as short, appending where it crosses edges; returns which. `None` where the line
+    /// is lost.
+    fn follow(
+        &self,
+        mut ray: Ray,
+        window: &Window,
+        from: f64,
+        points: &mut Vec<SurfacePoint>,
+    ) -> Option<Root> {
+        let mesh = self.mesh;
+        let root = Root::decode(window.root, mesh.vertex_count());
+        // The shortest way over a vertex: how much longer, after how many points, and the vertex.
+        let mut detour = (NEARLY_AS_SHORT * from, 0, None);
         // A shortest path crosses a face at most once for every source and bend.
-        for _ in 0..=2 * self.mesh.face_count() {
-            let point = on_halfedge(self.mesh, ray.halfedge, ray.crossing);
-            if let SurfacePoint::Vertex(v) = point {
-                // The vertex' own path is as short as the rest of this line, and needs no unrolling around
-                // it.
-                return Some(Root::Vertex(v));
+        for _ in 0..=2 * mesh.face_count() {
+            let Ray { halfedge, crossing, x, depth } = ray;
+            let rest = window.offset + (crossing - x).hypot(depth);
+            let ends = [
+                (mesh.tail(halfedge), crossing),
+                (mesh.tip(halfedge), mesh.halfedge_length(halfedge) - crossing),
+            ];
+            for (end, along) in ends {
+                let distance = self.distances[end.index()];
+                let longer = distance + along - rest;
+                if distance < from && longer < detour.0 {
+                    detour = (longer, points.len(), Some(Root::Vertex(end)));
+                }
             }
-            push(points, point);
-            let halfedge = self.mesh.twin(ray.halfedge)?;
-            let layout = Layout::of(self.mesh, halfedge);
-            let at = [layout.length - ray.x, ray.depth];
-            if self.is_root(root, halfedge, &layout, at) {
+            if detour.0 <= AS_SHORT * from {
+                break;
+            }
+            push(points, on_halfedge(mesh, halfedge, crossing));
+            let Some(entered) = mesh.twin(halfedge) else { break };
+            let layout = Layout::of(mesh, entered);
+            let at = [layout.length - x, depth];
+            if self.is_root(root, entered, &layout, at) {
                 return Some(root);
             }
-            ray = leave(halfedge, &layout, layout.length - ray.crossing, at);
+            ray = leave(entered, &layout, layout.length - crossing, at);
         }
-        None
+        let (_, count, vertex) = detour;
+        points.truncate(count);
+        vertex
     }
 
     /// Whether the root is in the face of a half-edge, laid out above it, at this point.
@@ -186,12 +219,6 @@ fn meet(side: Halfedge, [tx, ty]: [f64; 2], [hx, hy]: [f64; 2], from: f64, to: [
 fn on_halfedge(mesh: &IntrinsicMesh, halfedge: Halfedge, along: f64) -> SurfacePoint {
     let length = mesh.halfedge_length(halfedge);
     let t = if length > 0.0 { along / length } else { 0.0 };
-    if t <= AT_VERTEX {
-        return SurfacePoint::Vertex(mesh.tail(halfedge));
-    }
-    if t >= 1.0 - AT_VERTEX {
-        return SurfacePoint::Vertex(mesh.tip(halfedge));
-    }
     let edge = mesh.halfedge_edge(halfedge);
     SurfacePoint::Edge { edge, t: if mesh.edge_halfedge(edge) == halfedge { t } else { 1.0 - t } }
 }

@@ -171,14 +171,14 @@ impl<'a> Wavefront<'a> {
         for emission in emitted.drain(..) {
             match emission {
                 Emission::Window(halfedge, window) => self.wait(halfedge, &[window]),
-                Emission::Crossed { halfedge, window, arrival } => {
+                Emission::Crossed(halfedge, window) => {
                     if let Some(all) = self.kept.get_mut(halfedge.index()) {
                         all.push(window);
                     }
-                    if let Some((distance, crossing)) = arrival {
-                        let apex = self.mesh.tail(halfedge.previous());
-                        self.improve(apex, distance, Arrival { halfedge, crossing });
-                    }
+                    let [x, y] = self.shapes.layout(halfedge).apex;
+                    let (distance, crossing) = window.reach(x, y);
+                    let apex = self.mesh.tail(halfedge.previous());
+                    self.improve(apex, distance, Arrival { halfedge, crossing });
                 }
             }
         }

@@ -62,15 +62,18 @@ const WIDENING: f64 = 1e-9;
 /// Faces flatter than this, relatively, are crossed whole: positions along them say little about directions.
 const NEEDLE: f64 = 1e-7;
 
+/// A vertex this near to its source, relative to an edge there, sends windows everywhere: as positions along that
+/// edge are rounded, windows of the source pass such a vertex in directions that are round-off.
+const NEXT_TO: f64 = 1e-10;
+
 /// What a root sends out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Emission {
     /// A window that enters a face through this half-edge.
     Window(Halfedge, Window),
     /// A window whose root lies on this half-edge: all its lines cross at one point, where it ties with
-    /// whatever else comes by. It has crossed the face already; `arrival` is the distance of the apex and
-    /// where the line to it crosses.
-    Crossed { halfedge: Halfedge, window: Window, arrival: Option<(f64, f64)> },
+    /// whatever else comes by. It has crossed the face already.
+    Crossed(Halfedge, Window),
 }
 
 /// Faces a window may cross before it is sent out: flat faces in a row.
@@ -98,8 +101,7 @@ pub(crate) fn cast(
     let [x, y] = layout.apex;
     let crossing = window.crossing(x, y);
     let (goes_left, goes_right) = (crossing > window.start, crossing < window.end);
-    let arrival = (goes_left && goes_right).then(|| (window.offset + window.length_to(x, y), crossing));
-    out.push(Emission::Crossed { halfedge, window, arrival });
+    out.push(Emission::Crossed(halfedge, window));
     for (goes, side, part) in [
         (goes_left, halfedge.previous(), layout.left_part(&window, crossing)),
         (goes_right, halfedge.next(), layout.right_part(&window, crossing)),
@@ -120,7 +122,8 @@ pub(crate) fn emit_windows(
     out: &mut Vec<Emission>,
 ) {
     // An edge without length joins two vertices into one, whose angles neither of them knows.
-    let joined = |h: Halfedge| shapes.length(h) == 0.0 || shapes.length(h.previous()) == 0.0;
+    let is_joined = |length: f64| length == 0.0 || distance < NEXT_TO * length;
+    let joined = |h: Halfedge| is_joined(shapes.length(h)) || is_joined(shapes.length(h.previous()));
     if arrival.halfedge == NO_HALFEDGE || is_lost(shapes, arrival) || mesh.outgoing(vertex).any(joined) {
         for h in mesh.outgoing(vertex) {
             send(mesh, shapes, vertex, distance, h, None, out);

@@ -66,7 +66,10 @@ pub(crate) fn distance_in_face(mesh: &IntrinsicMesh, from: &FacePoint, to: &Face
     // them.
     let largest = (0..3).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs())).unwrap_or(0);
     d[largest] = -(d[(largest + 1) % 3] + d[(largest + 2) % 3]);
-    triangle::displacement_length(mesh.sides(from.face), d)
+    // In coordinates: squared lengths of sides would cancel in flat faces.
+    let sides = mesh.sides(from.face);
+    let [x, y] = triangle::apex(sides);
+    (d[1] * sides[0] + d[2] * x).hypot(d[2] * y)
 }
 
 /// The point as the mesh's users name it: on an edge where a coordinate is 0.

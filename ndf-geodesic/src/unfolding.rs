@@ -1,5 +1,19 @@
 //! A face laid out in the plane of the half-edge through which windows enter it, and windows carried across
 //! it.
+//!
+//! # The distance of the apex
+//! A shortest path to the apex runs straight from a root through a point of its window, and that point may be an
+//! end: the last ray of a window that vertices bound meets the apex exactly wherever straight lines join
+//! vertices, as on lattices. Another window may contain its own line to the apex and be longer, or shorter. So
+//! *every* window whose line to the apex passes its interval, ends included, offers the apex its distance,
+//! whatever the others offer. Ends are rounded: windows that the line misses by a hair are asked too, for the
+//! line that bends at the end. It is a path on the surface like all others, and asking too many does no harm.
+//!
+//! # One angle, two sides
+//! Of two windows in a list, let the later be no nearer at the apex than the earlier. Its lines to the left
+//! side cross the earlier one's path to the apex. Where they do, they are no shorter than that path, or they
+//! would lead to the apex on a shorter way: the later window does not reach the left side. (Chen and Han 1990;
+//! for whole lists Qin et al. 2016.)
 
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 
@@ -69,6 +83,9 @@ fn unit([x, y]: [f64; 2]) -> [f64; 2] {
     // A side without length: no window crosses it, any direction will do.
     if length > 0.0 { [x / length, y / length] } else { [0.0, 1.0] }
 }
+
+/// Lines that miss a window by less than this fraction of the half-edge may owe it to round-off.
+const HAIR: f64 = 1e-3;
 
 /// Where the windows of a list arrive at the apex.
 #[derive(Clone, Copy, Debug)]
@@ -143,8 +160,7 @@ impl Layout {
     }
 
     /// Carries a list of windows across the face, onto its left and right side, each trimmed to the nearest
-    /// windows ("one angle, two sides": only the window nearest at the apex reaches both; Chen and Han 1990,
-    /// Qin et al. 2016). Returns the shortest way to the apex through the list.
+    /// windows. Returns the shortest way to the apex through the list. See the [module](self).
     pub(crate) fn propagate(
         &self,
         list: &[Window],
@@ -152,37 +168,39 @@ impl Layout {
         right: &mut Vec<Window>,
     ) -> Option<ApexArrival> {
         let [apex_x, apex_y] = self.apex;
+        let hair = HAIR * self.length;
         let mut best: Option<ApexArrival> = None;
+        let mut offer = |w: &Window| {
+            let (distance, crossing) = w.reach(apex_x, apex_y);
+            let is_nearest = best.is_none_or(|b| distance < b.distance);
+            if is_nearest {
+                best = Some(ApexArrival { distance, crossing });
+            }
+            is_nearest
+        };
         // The windows on both sides of the line to the apex, for where round-off leaves a gap between them.
-        let (mut before, mut after) = (None, None);
+        let (mut is_reached, mut before, mut after) = (false, None, None);
         for w in list {
-            let crossing = w.crossing(apex_x, apex_y);
-            let (mut goes_left, goes_right) = (crossing > w.start, crossing < w.end);
-            if goes_left && goes_right {
-                let distance = w.offset + w.length_to(apex_x, apex_y);
-                if best.is_none_or(|b| distance < b.distance) {
-                    best = Some(ApexArrival { distance, crossing });
-                } else {
-                    goes_left = false;
-                }
+            let line = w.crossing(apex_x, apex_y);
+            let (mut goes_left, goes_right) = (line > w.start, line < w.end);
+            if line > w.start - hair && line < w.end + hair {
+                goes_left &= offer(w);
+                is_reached = true;
             } else if goes_left {
                 before = Some(w);
             } else if after.is_none() {
                 after = Some(w);
             }
-            if goes_left && let Some(part) = self.left_part(w, crossing) {
+            if goes_left && let Some(part) = self.left_part(w, line) {
                 push_ordered(left, 0, part);
             }
-            if goes_right && let Some(part) = self.right_part(w, crossing) {
+            if goes_right && let Some(part) = self.right_part(w, line) {
                 push_ordered(right, 0, part);
             }
         }
-        if best.is_none() {
+        if !is_reached {
             for w in [before, after].into_iter().flatten() {
-                let (distance, crossing) = w.reach(apex_x, apex_y);
-                if best.is_none_or(|b| distance < b.distance) {
-                    best = Some(ApexArrival { distance, crossing });
-                }
+                offer(w);
             }
         }
         best

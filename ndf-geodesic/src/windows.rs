@@ -37,6 +37,10 @@ pub(crate) enum Survivors {
 /// Distances that differ by less than this, relatively, tie: some thousand unfoldings round that much.
 pub(crate) const TIE: f64 = 1e-13;
 
+/// Overlaps shorter than this fraction of the coordinates around them may be round-off, where one window begins
+/// where the other ends: then their lines run along each other, and their order is round-off too.
+const SEAM: f64 = 1e-9;
+
 /// Intervals shorter than this fraction of the coordinates around them are points.
 const NARROW: f64 = 1e-14;
 
@@ -136,6 +140,10 @@ pub(crate) fn divide(left: &mut Window, right: &mut Window) -> Survivors {
     let left_at_high = left.at(high);
     let tie = TIE * left_at_high;
     let at_high = left_at_high - right.at(high);
+    if high - low <= SEAM * high && (left.start < right.start) == (left.end < right.end) {
+        part(left, right, at_high <= 0.0);
+        return survivors(left, right);
+    }
     if at_high < -tie {
         right.start = high;
         return survivors(left, right);
@@ -158,6 +166,17 @@ pub(crate) fn divide(left: &mut Window, right: &mut Window) -> Survivors {
         unite(left, right);
     }
     survivors(left, right)
+}
+
+/// Gives the overlap of two windows, one of which begins and ends before the other, to the nearer.
+fn part(left: &mut Window, right: &mut Window, left_is_nearer: bool) {
+    let left_is_first = left.start < right.start;
+    let (first, second) = if left_is_first { (left, right) } else { (right, left) };
+    if left_is_first == left_is_nearer {
+        second.start = first.end;
+    } else {
+        first.end = second.start;
+    }
 }
 
 /// Divides the overlap of two windows whose order is unknown: only if they see the same root.
@@ -250,6 +269,20 @@ mod tests {
         let (mut left, mut right) = (window(0.0, 1.0, 0.5, 0.0), window(0.0, 1.0, 0.5, 0.0));
         assert_ne!(divide(&mut left, &mut right), Survivors::Both);
         assert!(window(1.0, 1.0, 0.5, 0.0).is_narrow() && !window(1.0, 1.1, 0.5, 0.0).is_narrow());
+    }
+
+    /// Neighbours that overlap by round-off are parted where they meet, whichever of them the order of their lines,
+    /// round-off too, calls the left one.
+    #[test]
+    fn windows_that_meet_stay() {
+        let depth = 2e-4;
+        let near = Window { start: 0.0, end: 1e-4 + 1e-16, x: -1e-4, depth, offset: 0.0, root: 65 };
+        let far = Window { start: 1e-4, end: 3.0, x: -1e-4 - 4e-16, depth, offset: 0.0, root: 65 };
+        for (mut left, mut right) in [(near, far), (far, near)] {
+            assert_eq!(divide(&mut left, &mut right), Survivors::Both);
+            let (near, far) = if left.start == 0.0 { (left, right) } else { (right, left) };
+            assert_eq!((near.start, near.end, far.end), (0.0, far.start, 3.0));
+        }
     }
 
     #[test]
