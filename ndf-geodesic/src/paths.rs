@@ -4,13 +4,14 @@
 //! unrolled face by face towards the window's root.
 //!
 //! A line that passes a vertex by a hair may unroll around its wrong side, or over a boundary, after which it
-//! leads nowhere; along slender faces every line does. Lengths tell where: at every edge, what is left of the
-//! line is compared with the way over the edge's ends, whose distances are known. The path goes over an end as
-//! soon as that is no longer; and where a line is lost after all, over the one that was the least longer.
+//! leads nowhere; along slender faces every line does. Lengths tell: on its way what is left of the line is
+//! compared with the ways over the vertices around, whose distances are known, and with the way to a source in
+//! the face. The path takes one as soon as it is no longer than the line; where the line leads nowhere, it takes
+//! the one that was the least longer.
 
 use ndf_core::DVec3;
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::{Halfedge, ManifoldMesh, SurfacePoint};
+use ndf_mesh::{Halfedge, ManifoldMesh, SurfacePoint, Vertex};
 
 use crate::error::GeodesicError;
 use crate::exact::Geodesics;
@@ -20,13 +21,10 @@ use crate::sources::{Place, above, to_surface_point};
 use crate::unfolding::Layout;
 use crate::windows::Window;
 
-/// A root is where a vertex is if it misses it by less than this, relative to the lengths around.
-const ARRIVED: f64 = 1e-7;
-
-/// A way over a vertex is as short as a line if it is longer by less than this part of the distance.
+/// A way is as short as a line if it is longer by less than this part of the distance.
 const AS_SHORT: f64 = 1e-12;
 
-/// A line that is lost may be replaced by a way over a vertex that is longer by less than this part of the distance.
+/// A way that is longer by less than this part of the distance replaces a line that leads nowhere.
 const NEARLY_AS_SHORT: f64 = 1e-10;
 
 /// A shortest path on a mesh.
@@ -129,57 +127,57 @@ impl Geodesics<'_> {
     ) -> Option<Root> {
         let mesh = self.mesh;
         let root = Root::decode(window.root, mesh.vertex_count());
-        // The shortest way over a vertex: how much longer, after how many points, and the vertex.
-        let mut detour = (NEARLY_AS_SHORT * from, 0, None);
+        let mut other = Other { longer: NEARLY_AS_SHORT * from, to: None, points: 0 };
         // A shortest path crosses a face at most once for every source and bend.
         for _ in 0..=2 * mesh.face_count() {
             let Ray { halfedge, crossing, x, depth } = ray;
             let rest = window.offset + (crossing - x).hypot(depth);
-            let ends = [
-                (mesh.tail(halfedge), crossing),
-                (mesh.tip(halfedge), mesh.halfedge_length(halfedge) - crossing),
-            ];
-            for (end, along) in ends {
-                let distance = self.distances[end.index()];
-                let longer = distance + along - rest;
-                if distance < from && longer < detour.0 {
-                    detour = (longer, points.len(), Some(Root::Vertex(end)));
-                }
-            }
-            if detour.0 <= AS_SHORT * from {
+            let over = |vertex: Vertex, along: f64| {
+                let distance = self.distances[vertex.index()];
+                if distance < from { distance + along - rest } else { f64::INFINITY }
+            };
+            let [tail, tip] = [mesh.tail(halfedge), mesh.tip(halfedge)];
+            other.offer(over(tail, crossing), Root::Vertex(tail), points);
+            other.offer(over(tip, mesh.halfedge_length(halfedge) - crossing), Root::Vertex(tip), points);
+            if other.longer <= AS_SHORT * from {
                 break;
             }
             push(points, on_halfedge(mesh, halfedge, crossing));
             let Some(entered) = mesh.twin(halfedge) else { break };
             let layout = Layout::of(mesh, entered);
-            let at = [layout.length - x, depth];
-            if self.is_root(root, entered, &layout, at) {
-                return Some(root);
+            let start = layout.length - crossing;
+            let to = |[px, py]: [f64; 2]| (px - start).hypot(py);
+            let apex = mesh.tail(entered.previous());
+            other.offer(over(apex, to(layout.apex)), Root::Vertex(apex), points);
+            if let Root::Source(number) = root
+                && let Place::Face(source) = self.sources[number as usize]
+                && source.face == entered.face()
+            {
+                other.offer(to(above(&source, &layout, entered.corner())) - rest, root, points);
             }
-            ray = leave(entered, &layout, layout.length - crossing, at);
+            if other.longer <= AS_SHORT * from {
+                break;
+            }
+            ray = leave(entered, &layout, start, [layout.length - x, depth]);
         }
-        let (_, count, vertex) = detour;
-        points.truncate(count);
-        vertex
+        points.truncate(other.points);
+        other.to
     }
+}
 
-    /// Whether the root is in the face of a half-edge, laid out above it, at this point.
-    fn is_root(&self, root: Root, halfedge: Halfedge, layout: &Layout, [x, y]: [f64; 2]) -> bool {
-        let is_at = |[px, py]: [f64; 2]| {
-            (px - x).hypot(py - y) <= ARRIVED * (layout.length + layout.apex[1] + x.abs() + y.abs())
-        };
-        match root {
-            Root::Vertex(v) => {
-                let corners = [halfedge, halfedge.next(), halfedge.previous()];
-                let positions = [[0.0, 0.0], [layout.length, 0.0], layout.apex];
-                corners.iter().zip(positions).any(|(&c, p)| self.mesh.tail(c) == v && is_at(p))
-            }
-            Root::Source(number) => match self.sources[number as usize] {
-                Place::Face(source) => {
-                    source.face == halfedge.face() && is_at(above(&source, layout, halfedge.corner()))
-                }
-                Place::Vertex(_) => false,
-            },
+/// The shortest other way than the line: over a vertex, or straight to the root.
+struct Other {
+    /// By how much it is longer.
+    longer: f64,
+    to: Option<Root>,
+    /// How many points of the path it keeps.
+    points: usize,
+}
+
+impl Other {
+    fn offer(&mut self, longer: f64, to: Root, points: &[SurfacePoint]) {
+        if longer < self.longer {
+            *self = Self { longer, to: Some(to), points: points.len() };
         }
     }
 }

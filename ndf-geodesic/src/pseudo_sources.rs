@@ -51,9 +51,9 @@ impl Root {
     }
 }
 
-/// Angles beyond flat below which a vertex bends no path: a path that passes it straight errs by the square
-/// of this, relatively. Sums of computed angles of flat vertices miss 2π by some 1e-15.
-const FLAT: f64 = 1e-8;
+/// Angles beyond flat below which a vertex bends no path: windows that pass it leave a gap of this angle, over
+/// which paths err by less than this, relatively. Sums of computed angles of flat vertices miss 2π by some 1e-15.
+const FLAT: f64 = 1e-10;
 
 /// Sectors are widened by this angle on both sides, so that no direction falls between them and the windows
 /// that pass the vertex.
