@@ -104,7 +104,7 @@ fn lengths_follow_the_metric() {
     let measure = |mesh: &Triangulated, method| {
         let options = DistanceOptions { method, path_to: Some(Place::Vertex(Vertex::new(9))) };
         let found = mesh.distances(&[Place::Vertex(Vertex::new(0))], &options, &NoProgress).unwrap();
-        (found.values.iter().sum::<f64>(), found.path.unwrap().length)
+        (found.values.iter().sum::<f64>(), found.path.unwrap().unwrap().length)
     };
     let options = ModeOptions { count: 5, ..ModeOptions::default() };
     let values = |mesh: &Triangulated| mesh.modes(&options, &NoProgress).unwrap().eigenvalues;

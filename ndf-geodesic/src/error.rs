@@ -11,7 +11,7 @@ pub enum GeodesicError {
     #[error("geodesic distances need a source")]
     NoSource,
     /// A source, target or query is not a point of the mesh.
-    #[error("{point:?} is not a point of the mesh")]
+    #[error("{point} is not a point of the mesh")]
     NotOnMesh {
         /// The point.
         point: SurfacePoint,
@@ -23,13 +23,15 @@ pub enum GeodesicError {
     #[error("distances inside faces and paths are computed from windows, which were not kept")]
     WindowsNotKept,
     /// A path was asked for to a point that no source reaches.
-    #[error("no source reaches {point:?}")]
+    #[error("no source reaches {point}")]
     Unreached {
         /// The point.
         point: SurfacePoint,
     },
     /// A path could not be followed back: edge lengths are too far from those of a surface.
-    #[error("the path to {point:?} could not be followed back")]
+    #[error(
+        "the shortest path to {point} is lost in faces that are too slender for its lengths; its distance is known"
+    )]
     PathLost {
         /// Where it led.
         point: SurfacePoint,

@@ -1,5 +1,7 @@
 //! A point on a triangle mesh, said by the smallest element that contains it.
 
+use std::fmt;
+
 use crate::{Edge, FacePoint, Halfedge, ManifoldMesh, Vertex};
 use ndf_core::DVec3;
 
@@ -21,6 +23,18 @@ pub enum SurfacePoint {
     },
     /// A point of a face.
     Face(FacePoint),
+}
+
+impl fmt::Display for SurfacePoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vertex(vertex) => write!(f, "vertex {}", vertex.0),
+            Self::Edge { edge, t } => write!(f, "the point {t} of edge {}", edge.0),
+            Self::Face(FacePoint { face, barycentric }) => {
+                write!(f, "the point {barycentric:?} of face {}", face.0)
+            }
+        }
+    }
 }
 
 impl SurfacePoint {

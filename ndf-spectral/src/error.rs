@@ -30,6 +30,9 @@ pub enum SpectralError {
     /// A vertex has no area around it: no face, or only faces without area.
     #[error("vertex {0} has no area around it")]
     NoArea(usize),
+    /// No face has an area: all vertices lie on a line or in a point, or the areas are too small for numbers.
+    #[error("the surface has no area, so that it has no Laplacian")]
+    NoSurface,
     /// An entry of the operator is not finite: a face without area.
     #[error("the operator is not finite at vertex {0}: the area of a face there is zero or not finite")]
     NotFinite(usize),

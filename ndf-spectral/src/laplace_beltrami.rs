@@ -1,6 +1,6 @@
 //! The discrete Laplace–Beltrami operator `M⁻¹ L` of a surface.
 
-use ndf_intrinsic::IntrinsicMesh;
+use ndf_intrinsic::{IntrinsicMesh, triangle};
 use ndf_mesh::{TriangleMesh, Vertex};
 
 use crate::components::Components;
@@ -14,6 +14,9 @@ use crate::tufted_cover::TuftedCover;
 /// Faces flatter than this are mollified: `a + b − c` below this fraction of the mean length. The lengths of all
 /// edges then change in the tenth digit.
 const MOLLIFICATION: f64 = 1e-10;
+
+/// Smaller areas are not those of their faces: the products of four lengths that they come from underflow.
+const LEAST_AREA: f64 = 1e-150;
 
 /// How an operator is built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +47,9 @@ impl LaplaceBeltrami {
     /// The operator of an intrinsic mesh. Faces without area are [mollified](IntrinsicMesh::mollify). O(n).
     ///
     /// # Errors
-    /// If a vertex has no area around it.
+    /// If no face has an area, or a vertex has none around it.
     pub fn new(mesh: &IntrinsicMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
-        Self::from_lengths(&MetricTriangles::from(&prepared(mesh, options.delaunay)), options.mass)
+        Self::from_lengths(&MetricTriangles::from(&prepared(mesh, options.delaunay)?), options.mass)
     }
 
     /// The operator of triangles as they are, neither mollified nor flipped. O(n).
@@ -61,10 +64,10 @@ impl LaplaceBeltrami {
     /// `delaunay` off it is the plain cotangent Laplacian. O(n log n).
     ///
     /// # Errors
-    /// If a vertex has no area around it, or a length is not finite.
+    /// If no face has an area, or a vertex has none around it, or a length is not finite.
     pub fn from_triangle_mesh(mesh: &TriangleMesh, options: OperatorOptions) -> Result<Self, SpectralError> {
         let cover = TuftedCover::new(mesh)?;
-        let surface = prepared(&cover.mesh, options.delaunay);
+        let surface = prepared(&cover.mesh, options.delaunay)?;
         let original = |v: Vertex| cover.original[v.index()];
         let triangles = MetricTriangles::new(
             mesh.vertex_count(),
@@ -140,11 +143,52 @@ impl LaplaceBeltrami {
 }
 
 /// The mesh without flat faces, and intrinsic Delaunay if asked.
-fn prepared(mesh: &IntrinsicMesh, delaunay: bool) -> IntrinsicMesh {
+///
+/// Mollification makes a surface of anything, so that one without area is refused before.
+fn prepared(mesh: &IntrinsicMesh, delaunay: bool) -> Result<IntrinsicMesh, SpectralError> {
+    let has_area = |face| {
+        let sides = mesh.sides(face);
+        let longest = sides[0].max(sides[1]).max(sides[2]);
+        triangle::slack(sides) > 4.0 * f64::EPSILON * longest && triangle::area(sides) > LEAST_AREA
+    };
+    if mesh.face_count() > 0 && !mesh.faces().any(has_area) {
+        return Err(SpectralError::NoSurface);
+    }
     let mut mesh = mesh.clone();
     mesh.mollify(MOLLIFICATION);
     if delaunay && !mesh.is_delaunay() {
         mesh.flip_to_delaunay();
     }
-    mesh
+    Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndf_core::DVec3;
+    use ndf_mesh::{ManifoldMesh, shapes};
+
+    #[test]
+    fn surfaces_without_area_are_refused() {
+        let sphere = shapes::icosphere(1);
+        let turned = DVec3::new(0.3, -0.5, 0.8);
+        let refused = |mesh: &TriangleMesh| {
+            let intrinsic = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh.clone()).unwrap());
+            let options = OperatorOptions::default();
+            let [a, b] = [
+                LaplaceBeltrami::new(&intrinsic, options),
+                LaplaceBeltrami::from_triangle_mesh(mesh, options),
+            ]
+            .map(|operator| matches!(operator, Err(SpectralError::NoSurface)));
+            assert_eq!(a, b);
+            a
+        };
+        assert!(refused(&sphere.map_positions(|_| turned)), "a point");
+        assert!(refused(&sphere.map_positions(|p| turned * p.x)), "a line");
+        assert!(refused(&sphere.map_positions(|p| p * 1e-200)), "squares of lengths underflow");
+        assert!(!refused(&sphere.map_positions(|p| DVec3::new(p.x, 1e-6 * p.y, p.z * 1e-6))), "a needle");
+        assert!(!refused(&sphere.map_positions(|p| p * 1e-60)));
+        let half = |p: DVec3| if p.x > 0.0 { DVec3::X } else { p };
+        assert!(!refused(&sphere.map_positions(half)), "faces without area among others");
+    }
 }

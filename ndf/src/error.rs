@@ -294,7 +294,7 @@ fn geodesic(error: &GeodesicError) -> &'static str {
 
 fn spectral(error: &SpectralError) -> &'static str {
     match error {
-        SpectralError::NoArea(_) => "no_area",
+        SpectralError::NoArea(_) | SpectralError::NoSurface => "no_area",
         SpectralError::NotFinite(_) => "not_finite",
         SpectralError::NotPositiveDefinite => "ill_conditioned",
         SpectralError::OutOfMemory(_) => "out_of_memory",

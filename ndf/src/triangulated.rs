@@ -103,8 +103,8 @@ pub struct DistanceOptions {
 pub struct Distances {
     /// Of every vertex from the nearest source; +∞ where none reaches.
     pub values: Vec<f64>,
-    /// The path that was asked for.
-    pub path: Option<ndf_geodesic::Path>,
+    /// The path that was asked for, or why there is none.
+    pub path: Option<Result<ndf_geodesic::Path, GeodesicError>>,
 }
 
 /// Why there are no distances.
@@ -233,7 +233,7 @@ impl Triangulated {
         let exact = ExactOptions { keep_windows: target.is_some(), ..ExactOptions::default() };
         if options.method == DistanceMethod::Exact {
             let geodesics = exact_distances(&mesh, &sources, &exact, progress)?;
-            let path = target.map(|target| geodesics.path_to(target)).transpose()?;
+            let path = target.map(|target| geodesics.path_to(target));
             return Ok(Distances { values: geodesics.distances().to_vec(), path });
         }
         let values = HeatSolver::new(&mesh)?.distances(&sources)?;
@@ -241,7 +241,7 @@ impl Triangulated {
         let path = match target {
             Some(target) => {
                 let exact = ExactOptions { targets: vec![target], ..exact };
-                Some(exact_distances(&mesh, &sources, &exact, progress)?.path_to(target)?)
+                Some(exact_distances(&mesh, &sources, &exact, progress)?.path_to(target))
             }
             None => None,
         };

@@ -108,11 +108,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         json["metric"] = json!(factors);
         rows.push(("metric", format!("lengths times {:.5}", factors.distances)));
     }
+    let output = arguments.output.display();
+    let path = path.transpose().map_err(|error| {
+        Failure::new(format!("{name}: {error}")).try_instead(&format!("the distances are in {output}"))
+    })?;
     if let Some(path) = path {
         rows.push(("path", format!("{} in {} pieces", readable(path.length), path.points.len() - 1)));
         json["path"] = described(&path, mesh);
     }
-    let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: distances from {}\n{}", counted(sources.len()), table(&rows))))
 }
 
