@@ -15,13 +15,17 @@ pub struct DelaunayReport {
     pub flips: usize,
     /// Edges found not to be Delaunay but not flippable either: only rounding on faces without area leaves such.
     pub stuck: usize,
-    /// Whether the flips were stopped before their end, after [`MOST_FLIPS_PER_EDGE`] for each edge.
+    /// Whether an edge was left as it was after [`MOST_FLIPS_PER_EDGE`].
     pub stopped: bool,
 }
 
 /// The flip algorithm ends after finitely many flips in exact arithmetic; the worst case is quadratic, and meshes
-/// stretched 60 times take about a hundred for each edge. Should rounding make it run in circles, it ends here.
-pub const MOST_FLIPS_PER_EDGE: usize = 10_000;
+/// stretched 60 times take about a hundred for each edge. Where points all but coincide, rounding makes a few edges flip in
+/// circles: they are left as they are after so many flips.
+pub const MOST_FLIPS_PER_EDGE: u16 = 10_000;
+
+/// Flips for every edge, in the mean, from which on those of each are counted.
+const UNCOUNTED_FLIPS: usize = 10;
 
 /// Edges to look at, each at most once at a time.
 #[derive(Clone, Debug, Default)]
@@ -126,7 +130,8 @@ pub(crate) fn flip_to_delaunay<T: Flip>(
     mut flipped: impl FnMut(&T, Edge),
 ) -> DelaunayReport {
     let mut report = DelaunayReport::default();
-    let most = MOST_FLIPS_PER_EDGE.saturating_mul(triangulation.mesh().edge_count());
+    let edges = triangulation.mesh().edge_count();
+    let mut counts: Vec<u16> = Vec::new();
     while let Some(edge) = queue.pop() {
         if triangulation.is_settled(edge) {
             continue;
@@ -139,9 +144,13 @@ pub(crate) fn flip_to_delaunay<T: Flip>(
             report.stuck += 1;
             continue;
         }
-        if report.flips == most {
-            report.stopped = true;
-            break;
+        if report.flips >= UNCOUNTED_FLIPS * edges {
+            counts.resize(edges, 0);
+            if counts[edge.index()] == MOST_FLIPS_PER_EDGE {
+                report.stopped = true;
+                continue;
+            }
+            counts[edge.index()] += 1;
         }
         triangulation.flip(edge, quad.other_diagonal());
         report.flips += 1;
@@ -179,5 +188,39 @@ impl IntrinsicTriangulation<'_> {
     pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
         let mut queue = violating(self.mesh());
         flip_to_delaunay(&mut self.coordinates, &mut queue, |_, _| {})
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndf_core::DVec3;
+    use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
+
+    use super::*;
+
+    #[test]
+    fn flips_in_circles_end() {
+        // Three faces of the mesh of a model, four of whose vertices all but coincide.
+        let faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
+        let mesh = ManifoldMesh::try_from(TriangleMesh::new(vec![DVec3::ZERO; 5], faces).unwrap()).unwrap();
+        let topology = mesh.topology();
+        let lengths = [
+            ([0, 1], 1.3308288037003977e-12),
+            ([1, 2], 2.6616576076444127e-12),
+            ([0, 2], 1.3308288039440238e-12),
+            ([0, 3], 8.872192025885946e-13),
+            ([1, 3], 4.4360960111158755e-13),
+            ([1, 4], 0.0013216228946659487),
+            ([2, 4], 0.0013216228946689387),
+        ];
+        let length = |edge: Edge| {
+            let mut ends = topology.edge_vertices(edge).map(Vertex::index);
+            ends.sort_unstable();
+            lengths.iter().find(|(pair, _)| *pair == ends).unwrap().1
+        };
+        let lengths = topology.edges().map(length).collect();
+        let mut mesh = IntrinsicMesh::new(topology, lengths, f64::INFINITY).unwrap();
+        let report = mesh.flip_to_delaunay();
+        assert!(report.stopped && report.flips <= 3 * usize::from(MOST_FLIPS_PER_EDGE), "{report:?}");
     }
 }
