@@ -102,7 +102,8 @@ fn lengths_follow_the_metric() {
     assert!((mesh.mesh().area() * operators * operators / measured - 1.0).abs() < 1e-6);
     assert!(distances > 1.0 && distances < operators, "{distances} {operators}");
     let measure = |mesh: &Triangulated, method| {
-        let options = DistanceOptions { method, path_to: Some(Place::Vertex(Vertex::new(9))) };
+        let options =
+            DistanceOptions { method, time_step: None, path_to: Some(Place::Vertex(Vertex::new(9))) };
         let found = mesh.distances(&[Place::Vertex(Vertex::new(0))], &options, &NoProgress).unwrap();
         (found.values.iter().sum::<f64>(), found.path.unwrap().unwrap().length)
     };

@@ -11,12 +11,13 @@
 //! the mesh; a larger `t` smooths ridges and cut loci and biases distances near them. `time = 1` is the
 //! authors' choice and right for triangles of about one size; raise it on anisotropic meshes, where it takes
 //! several edges to cross the length `h`, and on meshes more than some 700 edges across, where heat that
-//! decays by e an edge underflows.
+//! decays by e an edge underflows: [`HeatDistances::out_of_reach`] counts the vertices beyond.
 //!
 //! # When to use which
 //! [Exact windows](crate::exact_distances) where distances are measured, compared or followed back to paths:
 //! exact on any triangulation, slivers included. Heat where the same surface is queried many times from
-//! different sources, where a smooth field is wanted, or where errors of about one per cent do not matter.
+//! different sources, where a smooth field is wanted, or where errors of about one per cent do not matter: so
+//! much on fine, even meshes, more on coarse and uneven ones.
 //!
 //! # Delaunay
 //! On other triangulations cotangents may be negative and heat may fall below zero. The solver therefore works
@@ -31,7 +32,7 @@
 //! let sphere = ManifoldMesh::try_from(shapes::icosphere(3)).expect("a sphere is a manifold");
 //! let solver = HeatSolver::new(&IntrinsicMesh::from_mesh(&sphere))?;
 //! for source in [0, 17].map(Vertex) {
-//!     let distances = solver.distances(&[SurfacePoint::Vertex(source)])?;
+//!     let distances = solver.distances(&[SurfacePoint::Vertex(source)])?.values;
 //!     let farthest = distances.iter().copied().fold(0.0, f64::max);
 //!     assert!((farthest - std::f64::consts::PI).abs() < 0.1);
 //! }
@@ -48,6 +49,9 @@ use crate::sources::Place;
 /// Faces without area are widened by this fraction of the mean edge length: cotangents must be finite.
 const MOLLIFICATION: f64 = 1e-8;
 
+/// Heat below this part of the hottest loses digits, and soon all of them.
+const UNDERFLOW: f64 = 1e-290;
+
 /// The factorised heat method of a mesh; see the [module](self).
 #[derive(Clone, Debug)]
 pub struct HeatSolver {
@@ -61,6 +65,18 @@ pub struct HeatSolver {
     /// Of `L`, with one vertex of every component held at 0.
     poisson: Cholesky,
     components: Components,
+}
+
+/// Approximate distances.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct HeatDistances {
+    /// Of every vertex from the nearest source, in the unit of the mesh's lengths: +∞ in components without a source,
+    /// never negative, 0 at sources that are vertices, by a fraction of an edge's length off at others.
+    pub values: Vec<f64>,
+    /// Vertices of components with a source that heat does not reach in double precision. Their distances are too
+    /// short; a larger time step reaches farther, in proportion to its root.
+    pub out_of_reach: usize,
 }
 
 impl HeatSolver {
@@ -112,13 +128,11 @@ impl HeatSolver {
         self.time
     }
 
-    /// Approximate distance of every vertex from the nearest of the sources, in the unit of the mesh's
-    /// lengths: +∞ in components without a source, never negative, 0 at the nearest source or by a fraction
-    /// of an edge's length off at sources inside faces. Two solves, O(n log n).
+    /// Approximate distance of every vertex from the nearest of the sources. Two solves, O(n log n).
     ///
     /// # Errors
     /// If there is no source or one is not on the mesh.
-    pub fn distances(&self, sources: &[SurfacePoint]) -> Result<Vec<f64>, GeodesicError> {
+    pub fn distances(&self, sources: &[SurfacePoint]) -> Result<HeatDistances, GeodesicError> {
         if sources.is_empty() {
             return Err(GeodesicError::NoSource);
         }
@@ -135,12 +149,13 @@ impl HeatSolver {
             weights.push((corners, point.barycentric));
         }
         self.heat.solve(&mut [&mut heat]);
+        let out_of_reach = self.out_of_reach(&heat);
         let mut potential = self.unit_divergence(&heat);
         self.poisson.solve(&mut [&mut potential]);
         // The constant of every component: the lowest value at its sources; infinite where there is none.
         let mut lowest = vec![f64::INFINITY; self.components.count()];
-        for (corners, barycentric) in weights {
-            let value: f64 = corners.iter().zip(barycentric).map(|(&v, b)| b * potential[v.index()]).sum();
+        for (corners, barycentric) in &weights {
+            let value: f64 = corners.iter().zip(barycentric).map(|(v, b)| b * potential[v.index()]).sum();
             let lowest = &mut lowest[component_of[corners[0].index()] as usize];
             *lowest = lowest.min(value);
         }
@@ -148,7 +163,22 @@ impl HeatSolver {
             let lowest = lowest[component as usize];
             *distance = if lowest.is_finite() { (*distance - lowest).max(0.0) } else { f64::INFINITY };
         }
-        Ok(potential)
+        for (corners, barycentric) in weights {
+            if let Some(corner) = barycentric.iter().position(|b| *b == 1.0) {
+                potential[corners[corner].index()] = 0.0;
+            }
+        }
+        Ok(HeatDistances { values: potential, out_of_reach })
+    }
+
+    /// How many vertices of components with heat have none that double precision resolves.
+    fn out_of_reach(&self, heat: &[f64]) -> usize {
+        let labels = self.components.labels();
+        let mut hottest = vec![0.0_f64; self.components.count()];
+        for (u, &component) in heat.iter().zip(labels) {
+            hottest[component as usize] = hottest[component as usize].max(*u);
+        }
+        heat.iter().zip(labels).filter(|&(u, &c)| *u < UNDERFLOW * hottest[c as usize]).count()
     }
 
     /// The integrated divergence of −∇u/|∇u| at every vertex, as the right-hand side of `L φ = …`.
@@ -194,7 +224,7 @@ mod tests {
 
     fn mean_error(mesh: &IntrinsicMesh, sources: &[SurfacePoint]) -> f64 {
         let exact = exact_distances(mesh, sources, &ExactOptions::default(), &NoProgress).unwrap();
-        let heat = HeatSolver::new(mesh).unwrap().distances(sources).unwrap();
+        let heat = HeatSolver::new(mesh).unwrap().distances(sources).unwrap().values;
         let max = exact.distances().iter().copied().fold(0.0, f64::max);
         let sum: f64 = heat.iter().zip(exact.distances()).map(|(a, b)| (a - b).abs()).sum();
         sum / (max * heat.len() as f64)
@@ -230,13 +260,37 @@ mod tests {
         let two = ndf_mesh::TriangleMesh::new(positions, faces).unwrap();
         let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(two).unwrap());
         let solver = HeatSolver::new(&mesh).unwrap();
-        let d = solver.distances(&[SurfacePoint::Vertex(Vertex(n))]).unwrap();
+        let d = solver.distances(&[SurfacePoint::Vertex(Vertex(n))]).unwrap().values;
         assert!(d[..n as usize].iter().all(|d| d.is_infinite()));
         assert!(d[n as usize..].iter().all(|d| d.is_finite()));
         assert_eq!(d[n as usize], 0.0);
-        let both =
-            solver.distances(&[SurfacePoint::Vertex(Vertex(0)), SurfacePoint::Vertex(Vertex(n))]).unwrap();
+        let both = [0, n].map(|v| SurfacePoint::Vertex(Vertex(v)));
+        let both = solver.distances(&both).unwrap().values;
         assert!(both.iter().zip(&both[n as usize..]).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    #[test]
+    fn every_source_is_at_zero() {
+        let mesh =
+            IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(shapes::torus(40, 20, 1.0, 0.4)).unwrap());
+        let sources = [3, 500, 700];
+        let points = sources.map(|v| SurfacePoint::Vertex(Vertex(v)));
+        let found = HeatSolver::new(&mesh).unwrap().distances(&points).unwrap();
+        assert_eq!(found.out_of_reach, 0);
+        assert!(sources.iter().all(|&v| found.values[v as usize] == 0.0));
+    }
+
+    /// A strip longer than heat reaches: its vertices are counted, and a larger time step reaches them.
+    #[test]
+    fn what_heat_does_not_reach_is_counted() {
+        let strip = shapes::grid(2000, 2).map_positions(|p| p * ndf_core::DVec3::new(2000.0, 2.0, 0.0));
+        let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(strip).unwrap());
+        let from =
+            |time| HeatSolver::with_time(&mesh, time).unwrap().distances(&[SurfacePoint::Vertex(Vertex(0))]);
+        let (short, long) = (from(1.0).unwrap(), from(16.0).unwrap());
+        assert!((3000..4000).contains(&short.out_of_reach), "{}", short.out_of_reach);
+        assert_eq!(long.out_of_reach, 0);
+        assert!((long.values[2000] - 2000.0).abs() < 20.0, "{}", long.values[2000]);
     }
 
     #[test]

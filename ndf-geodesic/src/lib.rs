@@ -45,6 +45,6 @@ mod windows;
 pub use error::GeodesicError;
 pub use exact::{ExactOptions, Geodesics, exact_distances};
 #[cfg(feature = "heat")]
-pub use heat::HeatSolver;
+pub use heat::{HeatDistances, HeatSolver};
 pub use paths::Path;
 pub use propagation::ExactReport;

@@ -54,7 +54,7 @@ pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
 pub use scalars::{store_scalars, stored_scalars};
 pub use triangulated::{
-    DistanceError, DistanceMethod, DistanceOptions, Distances, NoTriangulation, Place, Triangles,
+    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, NoTriangulation, Place, Triangles,
     Triangulated,
 };
 

@@ -84,7 +84,7 @@ pub enum DistanceMethod {
     /// Exact distances on the triangles.
     #[default]
     Exact,
-    /// The heat method: smooth, within about one per cent.
+    /// The heat method: smooth, about one per cent off on fine, even meshes.
     Heat,
 }
 
@@ -93,9 +93,15 @@ pub enum DistanceMethod {
 pub struct DistanceOptions {
     /// How.
     pub method: DistanceMethod,
+    /// The time step of the heat method, in squared mean edge lengths. If none is given 1, or the least power of four
+    /// with which heat reaches every vertex.
+    pub time_step: Option<f64>,
     /// Where a shortest path leads from the nearest source, if one is wanted. It is exact with either method.
     pub path_to: Option<Place>,
 }
+
+/// The largest time step that is tried where none is given: heat reaches some 200,000 edges.
+const MAX_TIME_STEP: f64 = 65536.0;
 
 /// Distances over a surface, in its units.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,8 +109,20 @@ pub struct DistanceOptions {
 pub struct Distances {
     /// Of every vertex from the nearest source; +∞ where none reaches.
     pub values: Vec<f64>,
+    /// What the heat method took, where it was used.
+    pub heat: Option<HeatReport>,
     /// The path that was asked for, or why there is none.
     pub path: Option<Result<ndf_geodesic::Path, GeodesicError>>,
+}
+
+/// How the heat method went.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct HeatReport {
+    /// The time step, in squared mean edge lengths.
+    pub time_step: f64,
+    /// Vertices of components with a source that heat does not reach: their distances are too short.
+    pub out_of_reach: usize,
 }
 
 /// Why there are no distances.
@@ -234,9 +252,18 @@ impl Triangulated {
         if options.method == DistanceMethod::Exact {
             let geodesics = exact_distances(&mesh, &sources, &exact, progress)?;
             let path = target.map(|target| geodesics.path_to(target));
-            return Ok(Distances { values: geodesics.distances().to_vec(), path });
+            return Ok(Distances { values: geodesics.distances().to_vec(), heat: None, path });
         }
-        let values = HeatSolver::new(&mesh)?.distances(&sources)?;
+        let mut time_step = options.time_step.unwrap_or(1.0);
+        let found = loop {
+            let found = HeatSolver::with_time(&mesh, time_step)?.distances(&sources)?;
+            if found.out_of_reach == 0 || options.time_step.is_some() || time_step >= MAX_TIME_STEP {
+                break found;
+            }
+            progress.check().map_err(GeodesicError::from)?;
+            time_step *= 4.0;
+        };
+        let heat = Some(HeatReport { time_step, out_of_reach: found.out_of_reach });
         // The heat method has no paths of its own; the exact one need go no farther than the target.
         let path = match target {
             Some(target) => {
@@ -245,7 +272,7 @@ impl Triangulated {
             }
             None => None,
         };
-        Ok(Distances { values, path })
+        Ok(Distances { values: found.values, heat, path })
     }
 
     /// The eigenmodes with the smallest eigenvalues, in inverse squared units of length. Where the triangles are no

@@ -131,7 +131,7 @@ fn heat(
     let (factorisation, solver) = timed(|| HeatSolver::new(mesh));
     let solver = solver.map_err(|e| e.to_string())?;
     let (solve, heat) = timed(|| solver.distances(source));
-    let heat = heat.map_err(|e| e.to_string())?;
+    let heat = heat.map_err(|e| e.to_string())?.values;
     let errors: Vec<f64> =
         exact.iter().zip(&heat).filter(|(d, _)| d.is_finite()).map(|(a, b)| (a - b).abs()).collect();
     row["seconds_heat_factorisation"] = factorisation.into();
