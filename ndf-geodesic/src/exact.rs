@@ -71,7 +71,9 @@ impl Geodesics<'_> {
 /// Exact geodesic distances on a polyhedral surface from the nearest of `sources`.
 ///
 /// Distances are in the unit of the mesh's lengths and exact up to round-off: every one is the length of a
-/// path on the surface, and no path is shorter by more than some 1e-12 of it. Cost: O(n² log n) at worst,
+/// path on the surface, and no path is shorter by more than some 1e-12 of it; 1e-10 where angles exceed the full turn
+/// by as little, or a source lies that near to a vertex. On triangles of the slenderness s lengths in double
+/// precision, hence distances, are uncertain by some 1e-16/s of an edge. Cost: O(n² log n) at worst,
 /// about O(n^1.5) on the meshes of practice; memory a few dozen bytes a face plus the windows of the front,
 /// see [`ExactOptions::keep_windows`].
 ///
