@@ -2,6 +2,8 @@
 //!
 //! Both are exact: feet are closest points, and their [fields](ImplicitField) are signed distances, negative inside.
 
+use std::f64::consts::PI;
+
 use crate::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Miss, Query, Surface};
 
 /// A sphere.
@@ -57,6 +59,10 @@ impl Surface for Sphere {
         }
     }
 
+    fn area(&self) -> Option<f64> {
+        Some(4.0 * PI * self.radius * self.radius)
+    }
+
     fn as_field(&self) -> Option<&dyn ImplicitField> {
         Some(self)
     }
@@ -72,6 +78,10 @@ impl Surface for Torus {
         for (query, foot) in queries.iter().zip(feet) {
             *foot = foot_on_sphere(query, self.core(query.point), self.tube);
         }
+    }
+
+    fn area(&self) -> Option<f64> {
+        Some(4.0 * PI * PI * self.ring * self.tube)
     }
 
     fn as_field(&self) -> Option<&dyn ImplicitField> {

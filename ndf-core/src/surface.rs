@@ -99,6 +99,11 @@ pub trait Surface: Send + Sync {
         1e-9 * self.bounds().diagonal()
     }
 
+    /// Its area, where that is known exactly.
+    fn area(&self) -> Option<f64> {
+        None
+    }
+
     /// The scalar field whose level set this surface is, where it has one. Base meshes are made from it.
     fn as_field(&self) -> Option<&dyn ImplicitField> {
         None

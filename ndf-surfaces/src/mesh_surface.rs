@@ -27,6 +27,7 @@ pub struct MeshSurface {
     winding: WindingNumber,
     has_inside: bool,
     guide_reach: f64,
+    area: f64,
 }
 
 /// No face of the mesh has three finite corners.
@@ -70,7 +71,8 @@ impl MeshSurface {
         }
         let guide_reach = GUIDE_REACH * tree.bounds().diagonal();
         let winding = WindingNumber::new(mesh);
-        let mut surface = Self { tree, normals, winding, has_inside: false, guide_reach };
+        let area = mesh.area();
+        let mut surface = Self { tree, normals, winding, has_inside: false, guide_reach, area };
         surface.has_inside = surface.parts_sides(mesh);
         Ok(surface)
     }
@@ -157,6 +159,10 @@ impl Surface for MeshSurface {
         let bounds = self.tree.bounds();
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         (1e-9 * bounds.diagonal()).max(16.0 * f64::EPSILON * farthest)
+    }
+
+    fn area(&self) -> Option<f64> {
+        self.area.is_finite().then_some(self.area)
     }
 
     fn as_field(&self) -> Option<&dyn ImplicitField> {

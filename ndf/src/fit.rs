@@ -6,10 +6,10 @@ use std::time::Duration;
 use ndf_core::{DVec3, NoProgress, Progress, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
-use ndf_model::Model;
 use ndf_model::file::StoredBase;
+use ndf_model::{Model, Similarity};
 use ndf_surfaces::narrow_band::BandError;
-use ndf_train::levels::{LevelFit, LevelFitError, LevelOptions, fit_levels};
+use ndf_train::levels::{Budget, LevelFit, LevelFitError, LevelOptions, faces_for, fit_levels};
 use ndf_train::objective::Term;
 use ndf_train::{
     Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, level_provenance,
@@ -46,6 +46,8 @@ pub struct Fit<'a> {
 
 /// What training starts from.
 enum Base<'a> {
+    /// A base mesh that is made, of as many faces as suit what is learned.
+    Suited,
     /// A base mesh that is made.
     Made(BaseMeshOptions),
     /// A base mesh that is brought.
@@ -125,13 +127,14 @@ pub struct Fitted {
 }
 
 impl<'a> Fit<'a> {
-    /// A run with the default settings for this kind of surface, on a base mesh of 4000 faces.
+    /// A run with the default settings for this kind of surface, on a base mesh of 4000 faces, or of as many as suit the
+    /// budget of levels.
     pub fn new(opened: &'a Opened) -> Self {
         Self {
             opened,
             settings: Preset::Default.settings(opened.kind),
             levels: None,
-            base: Base::Made(BaseMeshOptions { faces: BASE_FACES, ..BaseMeshOptions::default() }),
+            base: Base::Suited,
             anchors: Vec::new(),
             terms: Vec::new(),
             progress: &NoProgress,
@@ -243,71 +246,35 @@ impl<'a> Fit<'a> {
     /// # Errors
     /// If there is no base mesh, the settings are not usable, training diverges, or the run is stopped before training.
     pub fn run(self) -> Result<Fitted, FitError> {
-        let Self { opened, mut settings, levels, base, anchors, terms, progress, mut log, noted } = self;
-        if levels.is_some() {
-            let preset = Settings { seed: settings.seed, ..Preset::Default.settings(opened.kind) };
-            let network = [
-                ("anchors", !anchors.is_empty()),
-                ("terms", !terms.is_empty()),
-                ("log", log.is_some()),
-                ("checkpoint", matches!(base, Base::Resumed(_))),
-                ("time limit", settings.time_limit.is_some()),
-                ("settings of a network and its training", settings != preset),
-            ];
-            if let Some((what, _)) = network.into_iter().find(|(_, given)| *given) {
-                return Err(FitError::NotOfLevels(what));
-            }
-            // Their control vertices have a grid of their own.
-            settings.precision = None;
+        match self.levels {
+            Some(options) => self.run_levels(&options),
+            None => self.run_network(),
         }
+    }
+
+    fn run_network(self) -> Result<Fitted, FitError> {
+        let Self { opened, settings, base, anchors, terms, progress, mut log, noted, .. } = self;
         let mut notes = Notes { all: Vec::new(), noted };
         let ready = |base: &ManifoldMesh| stored_base(&*opened.surface, base, &settings);
         let mut base_report = None;
+        let mut made = |options: &BaseMeshOptions| {
+            let (made, told) = opened.base_mesh(options, progress)?;
+            told.into_iter().for_each(|note| notes.add(note));
+            base_report = Some(made.report);
+            Ok::<_, FitError>(Start::Fresh(Box::new(ready(&made.mesh)?)))
+        };
         let start = match base {
             Base::Resumed(checkpoint) => Start::Resumed(checkpoint),
             Base::Brought(mesh) => Start::Fresh(Box::new(ready(mesh)?)),
-            Base::Made(options) => {
-                let (made, told) = opened.base_mesh(&options, progress)?;
-                told.into_iter().for_each(|note| notes.add(note));
-                base_report = Some(made.report);
-                Start::Fresh(Box::new(ready(&made.mesh)?))
-            }
+            Base::Made(options) => made(&options)?,
+            Base::Suited => made(&faces(BASE_FACES))?,
         };
         let base = start.base();
         let band = opened.band(&base, progress)?;
         let surface: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
-        let file_name = opened.path.as_deref().and_then(std::path::Path::file_name);
-        let file_name = file_name.map(|name| name.to_string_lossy());
-        let program = concat!("ndf ", env!("CARGO_PKG_VERSION"));
-        let fitted = |model: Model, report, metric_report, checkpoint, notes: Notes<'_>| Fitted {
-            base,
-            model,
-            report,
-            kind: opened.kind,
-            level: opened.level,
-            base_report,
-            band: band.as_ref().map(|band| band.figures),
-            metric_report,
-            checkpoint,
-            notes: notes.all,
-        };
-        let scalars = Vec::new();
-        let mut trainer = match (levels, start) {
-            (Some(levels), Start::Fresh(base)) => {
-                let StoredBase { mesh, similarity, .. } = *base;
-                let LevelFit { field, report, .. } =
-                    fit_levels(surface, &*opened.surface, similarity, &mesh, &levels, progress)?;
-                notes.add_result(&report);
-                let provenance = level_provenance(program, file_name.as_deref(), &levels, &report);
-                let measured = field.level_surface().and_then(|finest| {
-                    measure_metric(&*opened.surface, &similarity, finest.points(), finest.faces())
-                });
-                let (metric, metric_report) = measured.unzip();
-                let model = Model { field, similarity, metric, scalars, provenance };
-                return Ok(fitted(model, report, metric_report, None, notes));
-            }
-            (_, Start::Resumed(checkpoint)) => Trainer::resumed(surface, *checkpoint)?,
-            (None, Start::Fresh(base)) => Trainer::with_stored_base(surface, *base, &settings)?,
+        let mut trainer = match start {
+            Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint)?,
+            Start::Fresh(base) => Trainer::with_stored_base(surface, *base, &settings)?,
         };
         if band.is_some() {
             trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);
@@ -322,11 +289,145 @@ impl<'a> Fit<'a> {
         let (fit, checkpoint) = train(&mut trainer, log, progress)?;
         drop(trainer);
         notes.add_training(&fit.report, checkpoint.settings(), progress.cancelled());
-        let provenance = provenance(program, file_name.as_deref(), checkpoint.settings(), &fit.report);
-        let (similarity, metric) = (fit.similarity, None);
-        let model = Model { field: fit.field, similarity, metric, scalars, provenance };
-        Ok(fitted(model, fit.report, None, Some(checkpoint), notes))
+        let file_name = file_name(opened);
+        let provenance = provenance(PROGRAM, file_name.as_deref(), checkpoint.settings(), &fit.report);
+        let (similarity, metric, scalars) = (fit.similarity, None, Vec::new());
+        Ok(Fitted {
+            model: Model { field: fit.field, similarity, metric, scalars, provenance },
+            report: fit.report,
+            kind: opened.kind,
+            level: opened.level,
+            base,
+            base_report,
+            band: band.as_ref().map(|band| band.figures),
+            metric_report: None,
+            checkpoint: Some(checkpoint),
+            notes: notes.all,
+        })
     }
+
+    fn run_levels(mut self, options: &LevelOptions) -> Result<Fitted, FitError> {
+        self.refuse_what_is_of_networks()?;
+        let mut notes = Notes { all: Vec::new(), noted: self.noted.take() };
+        // Control vertices have a grid of their own.
+        let settings = Settings { precision: None, ..self.settings.clone() };
+        let (mut attempts, made) = match &self.base {
+            Base::Suited => (MAX_ATTEMPTS, Some(faces(options.budget.base_faces().unwrap_or(BASE_FACES)))),
+            Base::Made(options) => (1, Some(*options)),
+            Base::Brought(_) | Base::Resumed(_) => (1, None),
+        };
+        let Some(mut made) = made else {
+            let Base::Brought(mesh) = &self.base else { return Err(FitError::NotOfLevels("checkpoint")) };
+            let attempt = self.levels_on(mesh, None, &settings, options)?;
+            return Ok(self.finish(attempt, notes, options));
+        };
+        // How many bytes a distance takes is not known before, and so how many faces go with it.
+        let mut best: Option<LevelAttempt> = None;
+        loop {
+            let (base, told) = self.opened.base_mesh(&made, self.progress)?;
+            // Those of the first base mesh hold for the others.
+            told.into_iter().filter(|_| best.is_none()).for_each(|note| notes.add(note));
+            let attempt = self.levels_on(&base.mesh, Some(base.report), &settings, options)?;
+            let suited = faces_for(attempt.fit.bytes);
+            attempts -= 1;
+            let is_suited = suited.abs_diff(made.faces) * 4 <= made.faces;
+            let is_better = |best: &LevelAttempt| {
+                let [new, old] = [&attempt.fit, &best.fit];
+                let size = |fit: &LevelFit| fit.bytes as f64 * fit.mean;
+                size(new) < size(old)
+            };
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(attempt);
+            }
+            let follows = matches!(options.budget, Budget::Error(_));
+            if !follows || attempts == 0 || is_suited {
+                break;
+            }
+            made = faces(suited);
+        }
+        Ok(self.finish(best.expect("there was an attempt"), notes, options))
+    }
+
+    /// Refuses what has no meaning for levels.
+    fn refuse_what_is_of_networks(&self) -> Result<(), FitError> {
+        let preset = Settings { seed: self.settings.seed, ..Preset::Default.settings(self.opened.kind) };
+        let of_networks = [
+            ("anchors", !self.anchors.is_empty()),
+            ("terms", !self.terms.is_empty()),
+            ("log", self.log.is_some()),
+            ("checkpoint", matches!(self.base, Base::Resumed(_))),
+            ("time limit", self.settings.time_limit.is_some()),
+            ("settings of a network and its training", self.settings != preset),
+        ];
+        match of_networks.into_iter().find(|(_, given)| *given) {
+            Some((what, _)) => Err(FitError::NotOfLevels(what)),
+            None => Ok(()),
+        }
+    }
+
+    /// Learns levels on a base mesh in the surface's units.
+    fn levels_on(
+        &self,
+        base: &ManifoldMesh,
+        base_report: Option<BaseMeshReport>,
+        settings: &Settings,
+        options: &LevelOptions,
+    ) -> Result<LevelAttempt, FitError> {
+        let StoredBase { mesh, similarity, .. } = stored_base(&*self.opened.surface, base, settings)?;
+        let base = to_world(&mesh, &similarity);
+        let band = self.opened.band(&base, self.progress)?;
+        let surface: &dyn Surface = band.as_ref().map_or(&*self.opened.surface, |band| &band.surface);
+        let fit = fit_levels(surface, &*self.opened.surface, similarity, &mesh, options, self.progress)?;
+        let band = band.as_ref().map(|band| band.figures);
+        Ok(LevelAttempt { base, base_report, band, similarity, fit })
+    }
+
+    fn finish(&self, attempt: LevelAttempt, mut notes: Notes<'_>, options: &LevelOptions) -> Fitted {
+        let LevelAttempt { base, base_report, band, similarity, fit } = attempt;
+        let LevelFit { field, report, .. } = fit;
+        notes.add_result(&report);
+        let provenance = level_provenance(PROGRAM, file_name(self.opened).as_deref(), options, &report);
+        let measured = field.level_surface().and_then(|finest| {
+            measure_metric(&*self.opened.surface, &similarity, finest.points(), finest.faces())
+        });
+        let (metric, metric_report) = measured.unzip();
+        Fitted {
+            model: Model { field, similarity, metric, scalars: Vec::new(), provenance },
+            report,
+            kind: self.opened.kind,
+            level: self.opened.level,
+            base,
+            base_report,
+            band,
+            metric_report,
+            checkpoint: None,
+            notes: notes.all,
+        }
+    }
+}
+
+/// What provenance calls this program.
+const PROGRAM: &str = concat!("ndf ", env!("CARGO_PKG_VERSION"));
+
+/// Base meshes that are tried until their number of faces suits the size of the model.
+const MAX_ATTEMPTS: usize = 3;
+
+/// Levels on a base mesh.
+struct LevelAttempt {
+    base: ManifoldMesh,
+    base_report: Option<BaseMeshReport>,
+    band: Option<BandFigures>,
+    similarity: Similarity,
+    fit: LevelFit,
+}
+
+fn faces(faces: usize) -> BaseMeshOptions {
+    BaseMeshOptions { faces, ..BaseMeshOptions::default() }
+}
+
+fn file_name(opened: &Opened) -> Option<String> {
+    let name = opened.path.as_deref().and_then(std::path::Path::file_name);
+    name.map(|name| name.to_string_lossy().into_owned())
 }
 
 impl Fitted {

@@ -2,9 +2,8 @@
 //!
 //! A program built on this crate has the defaults of the program `ndf`.
 
-use ndf_model::levels::MAX_FACES;
 use ndf_train::Settings;
-use ndf_train::levels::{BYTES_PER_FACE, Budget, LevelOptions};
+use ndf_train::levels::{Budget, LevelOptions};
 use ndf_train::scalars::ScalarSettings;
 
 use crate::Kind;
@@ -33,11 +32,10 @@ pub const BASE_FACES: usize = 4000;
 /// it was made.
 const BYTES_BESIDE: usize = 450;
 
-/// The levels for a model file of about so many bytes, and how many faces their base mesh should have.
-pub fn levels_of_size(bytes: usize) -> (LevelOptions, usize) {
-    let bytes = bytes.saturating_sub(BYTES_BESIDE);
-    let faces = ((bytes as f64 / BYTES_PER_FACE) as usize).min(MAX_FACES);
-    (LevelOptions { budget: Budget::Bytes(bytes), ..LevelOptions::default() }, faces)
+/// The levels for a model file of about so many bytes.
+pub fn levels_of_size(bytes: usize) -> LevelOptions {
+    let budget = Budget::Bytes(bytes.saturating_sub(BYTES_BESIDE));
+    LevelOptions { budget, ..LevelOptions::default() }
 }
 
 /// Sets of settings.

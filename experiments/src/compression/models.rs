@@ -69,16 +69,14 @@ pub(super) fn measured(
     edge_length: f64,
 ) -> Result<ModelRow, String> {
     let fit = Fit::new(opened);
-    let (fit, base_faces, size) = match kind {
-        Kind::Single => (fit.with(|settings| settings.precision = None).base_faces(asked), asked, None),
-        Kind::Rounded => (fit.base_faces(asked), asked, None),
-        Kind::Levels => {
-            let (levels, faces) = levels_of_size(asked);
-            (fit.levels(levels).base_faces(faces), faces, Some(asked))
-        }
+    let (fit, size) = match kind {
+        Kind::Single => (fit.with(|settings| settings.precision = None).base_faces(asked), None),
+        Kind::Rounded => (fit.base_faces(asked), None),
+        Kind::Levels => (fit.levels(levels_of_size(asked)), Some(asked)),
     };
     let (seconds, fitted) = timed(|| fit.run());
     let model = fitted.map_err(|e| e.to_string())?.model;
+    let base_faces = model.field.base().face_count();
     let surface = Triangulated::from_model(&model, EdgeLength::Relative(edge_length), &NoProgress);
     let surface = surface.map_err(|e| e.to_string())?;
     let factors = surface.factors.unwrap_or(LengthFactors::ONE);

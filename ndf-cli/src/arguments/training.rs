@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use ndf::presets::{BASE_FACES, levels_of_size};
+use ndf::presets::levels_of_size;
 use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
-use ndf_train::levels::LevelOptions;
+use ndf_train::levels::{Budget, LevelOptions};
 use ndf_train::{Schedule, Settings};
 
-use super::numbers::{bits, positive, seconds, weight};
+use super::numbers::{bits, positive, seconds, share, weight};
 use crate::output::Failure;
 
 /// How to train, and for how long.
@@ -18,12 +18,16 @@ use crate::output::Failure;
 pub struct Training {
     #[command(flatten)]
     chosen: Chosen,
-    /// What displaces the base mesh [default: network; with --size: levels].
+    /// What displaces the base mesh [default: network; with --size or --error: levels].
     #[arg(long, value_enum)]
     field: Option<FieldName>,
     /// About how many bytes the model may have; the number of base faces follows, unless it is given.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1000..=2_000_000))]
     size: Option<u32>,
+    /// The mean distance from the input that the model may have, a share of the diagonal such as 0.02%; bytes and base
+    /// faces follow.
+    #[arg(long, value_name = "X", conflicts_with = "size", value_parser = share)]
+    error: Option<f64>,
     /// End training after this time and keep what is learned by then; a resumed run starts a new count.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     time_limit: Option<Duration>,
@@ -106,16 +110,21 @@ impl Training {
         self.time_limit
     }
 
-    /// What levels to learn, if levels are to be learned, and on how many base faces unless that is given.
+    /// What levels to learn, if levels are to be learned.
     ///
     /// # Errors
     /// If something was asked for that the field does not have.
-    pub fn levels(&self, seed: u64) -> Result<Option<(LevelOptions, usize)>, Failure> {
+    pub fn levels(&self, seed: u64) -> Result<Option<LevelOptions>, Failure> {
         let default = LevelOptions { seed, ..LevelOptions::default() };
-        match (self.field, self.size) {
+        let budget = match (self.size, self.error) {
+            (Some(size), _) => Some(levels_of_size(size as usize).budget),
+            (None, Some(share)) => Some(Budget::Error(share)),
+            (None, None) => None,
+        };
+        match (self.field, budget) {
             (None | Some(FieldName::Network), None) => Ok(None),
             (Some(FieldName::Network), Some(_)) => {
-                let failure = Failure::new("--size is for levels");
+                let failure = Failure::new("--size and --error are for levels");
                 Err(failure.try_instead("--field levels, or --base-faces and --bits for a network"))
             }
             (None | Some(FieldName::Levels), _)
@@ -124,13 +133,9 @@ impl Training {
                 let failure = Failure::new(
                     "levels are learned without --preset, --epochs, --bits, --time-limit and other settings of networks",
                 );
-                Err(failure.try_instead("leave them out, or --field network, without --size"))
+                Err(failure.try_instead("leave them out, or --field network, without --size and --error"))
             }
-            (_, None) => Ok(Some((default, BASE_FACES))),
-            (_, Some(size)) => {
-                let (options, faces) = levels_of_size(size as usize);
-                Ok(Some((LevelOptions { seed, ..options }, faces)))
-            }
+            (_, budget) => Ok(Some(LevelOptions { budget: budget.unwrap_or(default.budget), ..default })),
         }
     }
 

@@ -69,8 +69,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let opened = open(&input, &arguments.reading, context)?;
     let settings = arguments.training.settings(opened.kind, context.seed());
     let mut fit = Fit::new(&opened).settings(settings);
-    if let Some((levels, faces)) = levels {
-        fit = fit.levels(levels).base_faces(faces);
+    if let Some(levels) = levels {
+        fit = fit.levels(levels);
     }
     let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {

@@ -8,7 +8,6 @@ use std::time::Instant;
 use clap::Args;
 use ndf::band::BandFigures;
 use ndf::base::NoBaseMesh;
-use ndf::presets::BASE_FACES;
 use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh};
 use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshError;
@@ -49,7 +48,7 @@ pub struct Arguments {
     /// Write a line of JSON for every batch: losses, learning rate, share of flipped samples, times.
     #[arg(long, value_name = "FILE.jsonl")]
     log: Option<PathBuf>,
-    /// Faces of the base mesh [default: 4000, or as many as suit --size].
+    /// Faces of the base mesh [default: 4000, or as many as suit --size or --error].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
     base_faces: Option<u32>,
     #[command(flatten)]
@@ -88,10 +87,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let mut log = arguments.log.as_deref().map(Log::new);
     let settings = arguments.training.settings(opened.kind, context.seed());
-    let suited = levels.map_or(BASE_FACES, |(_, faces)| faces);
-    let base_faces = arguments.base_faces.map_or(suited, |n| n as usize);
-    let mut fit = Fit::new(&opened).settings(settings).base_faces(base_faces).anchors(anchors);
-    if let Some((levels, _)) = levels {
+    let mut fit = Fit::new(&opened).settings(settings).anchors(anchors);
+    if let Some(faces) = arguments.base_faces {
+        fit = fit.base_faces(faces as usize);
+    }
+    if let Some(levels) = levels {
         fit = fit.levels(levels);
     }
     if let Some(mesh) = &base {

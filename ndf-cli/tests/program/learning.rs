@@ -339,9 +339,19 @@ fn levels_are_learned_kept_and_used_like_networks() {
     let eval = ["scalars", "eval", "with.ndf", "-o", "e.ply", "--relative-edge-length", "0.1"];
     done(&eval);
 
+    // The mean distance is what was asked for, from both sides.
+    let near = ["fit", "torus.ply", "-o", "near.ndf", "--error", "0.02%", "--json"];
+    assert!(ndf(&folder.0, &near).json()["model_bytes"].as_u64().unwrap() < 2000);
+    done(&["extract", "near.ndf", "-o", "near.ply", "--relative-edge-length", "0.05"]);
+    let measured = ndf(&folder.0, &["measure", "torus.ply", "near.ply", "--json"]).json();
+    for direction in ["reference_to_mesh", "mesh_to_reference"] {
+        let share = measured[direction]["mean"].as_f64().unwrap() / measured["diagonal"].as_f64().unwrap();
+        assert!((1e-4..2.4e-4).contains(&share), "{measured}");
+    }
+
     let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "levels", "--epochs", "10"];
     assert!(ndf(&folder.0, &refused).sentence().contains("levels are learned without --preset"));
     let refused = ["fit", "torus.ply", "-o", "x.ndf", "--field", "network", "--size", "5000"];
-    assert!(ndf(&folder.0, &refused).sentence().contains("--size is for levels"));
+    assert!(ndf(&folder.0, &refused).sentence().contains("--size and --error are for levels"));
     assert!(!folder.0.join("x.ndf").exists());
 }

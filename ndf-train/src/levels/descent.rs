@@ -1,8 +1,10 @@
 //! Rate–distortion coordinate descent: one integer after the other takes the value of least `D + λ · bits`.
 //!
 //! D is the area-weighted mean of the squared distances of the points of the finest level from the surface, linearised
-//! around the feet of their projections: moving point i by x changes its distance by `n_i · x`. Lengths here are in
-//! ten-thousandths of the surface's diagonal.
+//! around the feet of their projections: moving point i by x changes its distance by `n_i · x`. Points on boundaries
+//! count a second time, with what is missing to the end of the surface in the direction in which they look outwards:
+//! distances from the surface alone would let boundaries shrink. Lengths here are in ten-thousandths of the surface's
+//! diagonal.
 
 use ndf_core::glam::{DMat3, Mat3, Vec3};
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
@@ -36,6 +38,11 @@ const MAX_MOVE: f64 = 15.0;
 const MAX_CONTROL_MOVE: f64 = 8.0;
 /// What a bit of control positions counts, as the estimate of their rate is low.
 const CONTROL_RATE: f64 = 1.3;
+
+/// How far outwards the end of the surface is looked for, as a multiple of the mean edge of the base mesh.
+const REACH: f64 = 0.5;
+/// A surface that comes as close as this to where it was looked for, as a share of that reach, goes on there.
+const GOES_ON: f64 = 0.25;
 
 /// One level.
 struct DescentLevel {
@@ -94,12 +101,17 @@ pub(super) struct Descent<'a> {
     levels: Vec<DescentLevel>,
     rate: Rate,
     points: Vec<DVec3>,
+    /// The points that are on a boundary.
+    rim_points: Vec<u32>,
+    /// Of all points, and after them of those of the rim.
     rows: Vec<Row>,
     hints: Vec<Hint>,
     /// Mean and root mean square of the distances, area-weighted, and the share of the area that has no foot.
     pub(super) mean: f64,
     pub(super) rms: f64,
     pub(super) missed: f64,
+    /// The weighted squares of what is missing along the rim.
+    pub(super) rim: f64,
 }
 
 impl<'a> Descent<'a> {
@@ -113,7 +125,11 @@ impl<'a> Descent<'a> {
     ) -> Self {
         let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
         let hierarchy = Hierarchy::new(base, creases, levels + 1);
-        let mut influences = Influence::of(&hierarchy).into_iter();
+        let boundary = hierarchy.level(levels + 1).edges().iter().filter(|side| side.is_boundary());
+        let mut rim_points: Vec<u32> = boundary.flat_map(|side| side.ends).collect();
+        rim_points.sort_unstable();
+        rim_points.dedup();
+        let mut influences = Influence::of(&hierarchy, &rim_points).into_iter();
         let control_influence = influences.next().expect("level 0 is always there");
         let base_positions: Vec<DVec3> = base.positions().iter().map(|&p| p / unit).collect();
         let levels = influences.map(|influence| DescentLevel {
@@ -135,7 +151,7 @@ impl<'a> Descent<'a> {
                 *c += 0.9 * (*p - l);
             }
         }
-        let count = hierarchy.level(hierarchy.levels()).vertex_count();
+        let count = hierarchy.level(hierarchy.levels()).vertex_count() + rim_points.len();
         let row = Row { direction: Vec3::Z, distance: 0.0, area: 0.0, weight: 0.0 };
         let mut descent = Self {
             surface,
@@ -153,11 +169,13 @@ impl<'a> Descent<'a> {
             hierarchy,
             levels,
             points: Vec::new(),
+            rim_points,
             rows: vec![row; count],
             hints: vec![Hint::NONE; count],
             mean: 0.0,
             rms: 0.0,
             missed: 0.0,
+            rim: 0.0,
         };
         descent.project();
         descent
@@ -187,7 +205,13 @@ impl<'a> Descent<'a> {
             normal: (n != DVec3::ZERO).then_some(n),
             hint,
         };
-        let queries: Vec<Query> = self.points.iter().zip(&normals).zip(&self.hints).map(query).collect();
+        let outwards = self.outwards();
+        let reach = REACH * self.mean_edge;
+        let on_rim = self.rim_points.iter().zip(&outwards);
+        let beyond: Vec<DVec3> = on_rim.map(|(&v, t)| self.points[v as usize] + reach * *t).collect();
+        let rim_normals = self.rim_points.iter().map(|&v| &normals[v as usize]);
+        let places = self.points.iter().chain(&beyond).zip(normals.iter().chain(rim_normals));
+        let queries: Vec<Query> = places.zip(&self.hints).map(query).collect();
         let mut feet: Vec<Answer> = vec![Err(Miss::OutOfReach); queries.len()];
         project_all(self.surface, &queries, &mut feet);
         let mut areas = vec![0.0; self.points.len()];
@@ -199,7 +223,8 @@ impl<'a> Descent<'a> {
         let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let least = MIN_SHARE / self.points.len() as f64;
         let [mut mean, mut square, mut missed] = [0.0; 3];
-        for (i, (row, foot)) in self.rows.iter_mut().zip(&feet).enumerate() {
+        let (rows, rim_rows) = self.rows.split_at_mut(self.points.len());
+        for (i, (row, foot)) in rows.iter_mut().zip(&feet).enumerate() {
             let area = areas[i] / total;
             // Vertices of faces without area are not free to go anywhere.
             let held = area.max(least);
@@ -221,10 +246,42 @@ impl<'a> Descent<'a> {
         }
         let found = (1.0 - missed).max(1e-9);
         (self.mean, self.rms, self.missed) = (mean / found, (square / found).sqrt(), missed);
+        self.rim = 0.0;
+        let rim = self.rim_points.iter().zip(&outwards).zip(feet[self.points.len()..].iter().zip(&beyond));
+        for (row, ((&v, &direction), (foot, &beyond))) in rim_rows.iter_mut().zip(rim) {
+            let area = (areas[v as usize] / total) as f32;
+            *row = Row { direction: direction.as_vec3(), distance: 0.0, area: 0.0, weight: 0.0 };
+            let Ok(foot) = foot else { continue };
+            let end = self.similarity.to_normalised(foot.point) / self.unit;
+            // A surface that goes on has no end here, which a base mesh may have nevertheless.
+            if end.distance(beyond) > GOES_ON * reach {
+                let missing = (self.points[v as usize] - end).dot(direction) as f32;
+                (row.distance, row.weight) = (missing, area);
+                self.rim += f64::from(area * missing * missing);
+            }
+        }
         let most = (HUBER * self.rms) as f32;
         for row in &mut self.rows {
             row.weight *= (most / row.distance.abs().max(1e-9)).min(1.0);
         }
+    }
+
+    /// Of every point of the rim the direction along the surface that leads away from it.
+    fn outwards(&self) -> Vec<DVec3> {
+        let finest = self.hierarchy.level(self.hierarchy.levels());
+        let mut outwards = vec![DVec3::ZERO; self.rim_points.len()];
+        for side in finest.edges().iter().filter(|side| side.is_boundary()) {
+            let [a, b, c] = [side.ends[0], side.ends[1], side.across[0]].map(|v| self.points[v as usize]);
+            let along = b - a;
+            let outward = along.cross(along.cross(c - a)).normalize_or_zero();
+            for end in side.ends {
+                if let Ok(k) = self.rim_points.binary_search(&end) {
+                    outwards[k] += outward;
+                }
+            }
+        }
+        outwards.iter_mut().for_each(|t| *t = t.normalize_or_zero());
+        outwards
     }
 
     /// The numbers as they are now.

@@ -11,11 +11,14 @@ pub(super) struct Influence {
 }
 
 impl Influence {
-    /// The influences of the vertices of all levels but the finest, on the points of the finest level in the limit.
-    pub(super) fn of(hierarchy: &Hierarchy) -> Vec<Self> {
+    /// The influences of the vertices of all levels but the finest, on the points of the finest level in the limit and
+    /// after these once more on those of `rim`.
+    pub(super) fn of(hierarchy: &Hierarchy, rim: &[u32]) -> Vec<Self> {
         let finest = hierarchy.level(hierarchy.levels());
         let mut matrix =
             assembled(finest.vertex_count(), finest.vertex_count(), |entry| finest.limit_entries(entry));
+        let mut again = vec![None; if rim.is_empty() { 0 } else { finest.vertex_count() }];
+        rim.iter().zip(finest.vertex_count() as u32..).for_each(|(&v, row)| again[v as usize] = Some(row));
         let mut influences = Vec::new();
         for level in (0..hierarchy.levels()).rev() {
             let coarse = hierarchy.level(level);
@@ -23,17 +26,24 @@ impl Influence {
             let rule = assembled(rows, coarse.vertex_count(), |entry| coarse.subdivision_entries(entry));
             matrix = &matrix * &rule;
             let old = level.checked_sub(1).map_or(0, |below| hierarchy.level(below).vertex_count());
-            influences.push(Self::columns(&CscMatrix::from(&matrix), old));
+            influences.push(Self::columns(&CscMatrix::from(&matrix), old, &again));
         }
         influences.reverse();
         influences
     }
 
-    fn columns(matrix: &CscMatrix<f64>, first: usize) -> Self {
+    /// Columns from `first` on, with the rows that stand for a row again.
+    fn columns(matrix: &CscMatrix<f64>, first: usize, again: &[Option<u32>]) -> Self {
         let (offsets, rows, values) = matrix.csc_data();
-        let start = offsets[first];
-        let entries = rows[start..].iter().zip(&values[start..]).map(|(&row, &x)| (row as u32, x as f32));
-        Self { starts: offsets[first..].iter().map(|&o| o - start).collect(), entries: entries.collect() }
+        let (mut starts, mut entries) = (vec![0], Vec::with_capacity(rows.len() - offsets[first]));
+        for column in offsets[first..].windows(2) {
+            for (&row, &x) in rows[column[0]..column[1]].iter().zip(&values[column[0]..column[1]]) {
+                entries.push((row as u32, x as f32));
+                entries.extend(again.get(row).copied().flatten().map(|row| (row, x as f32)));
+            }
+            starts.push(entries.len());
+        }
+        Self { starts, entries }
     }
 
     /// Number of vertices.
@@ -41,7 +51,7 @@ impl Influence {
         self.starts.len() - 1
     }
 
-    /// The points that vertex j moves.
+    /// The rows that vertex j moves: points, and after them those of the rim.
     pub(super) fn of_vertex(&self, j: usize) -> &[(u32, f32)] {
         &self.entries[self.starts[j]..self.starts[j + 1]]
     }

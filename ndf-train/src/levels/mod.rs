@@ -14,7 +14,6 @@ mod rate;
 mod tests;
 
 use std::f64::consts::PI;
-use std::iter;
 use std::time::Instant;
 
 use ndf_core::{Cancelled, Progress, Surface};
@@ -22,7 +21,7 @@ use ndf_mesh::ManifoldMesh;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::subdivision::Creases;
 use ndf_model::file::LevelCoder;
-use ndf_model::levels::{Levels, LevelsError, check_size};
+use ndf_model::levels::{Levels, LevelsError, MAX_FACES, check_size};
 use ndf_model::{DisplacementField, Similarity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -52,14 +51,24 @@ pub enum Budget {
     PerFace(f64),
     /// About so many.
     Bytes(usize),
+    /// As many as this mean distance needs, a share of the surface's diagonal.
+    Error(f64),
     /// As many as are worth their price: the price of a bit, in squares of a ten-thousandth of the surface's diagonal.
     Price(f64),
 }
 
 impl Budget {
+    /// How many faces of a base mesh go with it, where that can be told beforehand.
+    pub fn base_faces(self) -> Option<usize> {
+        match self {
+            Self::Bytes(bytes) => Some(faces_for(bytes)),
+            Self::PerFace(_) | Self::Error(_) | Self::Price(_) => None,
+        }
+    }
+
     fn validate(self) -> Result<(), LevelFitError> {
         let is_valid = match self {
-            Self::PerFace(x) | Self::Price(x) => x.is_finite() && x > 0.0,
+            Self::PerFace(x) | Self::Error(x) | Self::Price(x) => x.is_finite() && x > 0.0,
             Self::Bytes(bytes) => bytes > 0,
         };
         is_valid.then_some(()).ok_or(LevelFitError::Option("the budget of levels must be positive"))
@@ -68,6 +77,14 @@ impl Budget {
 
 /// Bytes for every base face where nothing else is asked for: what balances control vertices with displacements.
 pub const BYTES_PER_FACE: f64 = 2.2;
+
+/// The number of base faces that balances control vertices with displacements in so many bytes.
+pub fn faces_for(bytes: usize) -> usize {
+    ((bytes as f64 / BYTES_PER_FACE) as usize).clamp(MIN_BASE_FACES, MAX_FACES)
+}
+
+/// A base mesh with fewer faces hardly has a shape.
+const MIN_BASE_FACES: usize = 100;
 
 impl Default for LevelOptions {
     fn default() -> Self {
@@ -99,11 +116,14 @@ const CREASE_ANGLE: f64 = 40.0 * PI / 180.0;
 const CORNER_ANGLE: f64 = 50.0 * PI / 180.0;
 
 /// Iterations after which it is seen whether creases pay: on what is made of planes and bent sheets they do, on bumps
-/// they do not.
+/// they do not. What is clearly behind is given up then, and all but the best when the finest level is added.
 const TRIAL: usize = 5;
 
-/// Grids that are tried where all is sharp, each with half the spacing of the one before.
-const FINER_GRIDS: usize = 9;
+/// By what the objective may exceed the best one not to be clearly behind.
+const MARGIN: f64 = 1.1;
+
+/// Finer grids that are tried where all is sharp, each with half the spacing of the one before.
+const FINER_GRIDS: usize = 8;
 
 /// Sweeps between two projections.
 const SWEEPS: usize = 3;
@@ -155,6 +175,10 @@ pub struct LevelFit {
     pub report: FitReport,
     /// The price of a bit at the end, in squares of a ten-thousandth of the surface's diagonal.
     pub price: f64,
+    /// Mean distance of the finest level's points from the surface, as a share of its diagonal.
+    pub mean: f64,
+    /// Bytes of base mesh and levels.
+    pub bytes: usize,
 }
 
 /// Learns the levels of a base mesh in the box from `surface`, which may be an approximation of `truth` that is cheaper to
@@ -181,60 +205,64 @@ pub fn fit_levels(
     let coarse = if levels > 1 { (COARSE * free as f64) as usize } else { 0 };
     let at_first = levels - usize::from(coarse > 0);
     let smooth = Creases::by_angle(base, PI, CORNER_ANGLE);
-    let start = |creases: &Creases| Run::new(surface, similarity, base, creases, at_first);
-    let mut run = start(&smooth);
-    if run.descent.missed > MAX_MISSED {
+    let start = |creases: &Creases| Descent::new(surface, similarity, base, creases, at_first);
+    let descent = start(&smooth);
+    if descent.missed > MAX_MISSED {
         return Err(LevelFitError::OutOfReach);
     }
-    let mut price = Price::new(options.budget, base, run.descent.rms);
+    let price = Price::new(options.budget, base, descent.rms);
+    let mut runs = vec![Run::new(descent, base, false, price)];
+    // Beside the smooth one, what is sharp where the base mesh clearly is, and what has all its edges.
+    let everywhere = Creases::everywhere(base);
+    let mut sharp = vec![Creases::by_angle(base, CREASE_ANGLE, CORNER_ANGLE), everywhere.clone()];
+    sharp.dedup();
+    sharp.retain(|creases| *creases != smooth);
+    runs.extend(sharp.iter().map(|creases| Run::new(start(creases), base, *creases == everywhere, price)));
     let annealed = |lambda: f64, iteration: usize| {
         let rest = 1.0 - iteration as f64 / free as f64;
         if iteration < free { lambda * ANNEALING.powf(rest) } else { lambda }
     };
-    let trial = TRIAL.min(coarse);
-    if trial > 0 {
-        // Smooth, sharp where the base mesh clearly is, and with all its edges.
-        let mut candidates =
-            vec![Creases::by_angle(base, CREASE_ANGLE, CORNER_ANGLE), Creases::everywhere(base)];
-        candidates.retain(|creases| *creases != smooth);
-        let mut runs: Vec<Run<'_>> = iter::once(run).chain(candidates.iter().map(start)).collect();
-        runs.par_iter_mut().for_each(|run| {
-            for iteration in 0..trial {
-                run.descent.set_steps(price.lambda, STEP_FACTOR);
-                run.step(annealed(price.lambda, iteration), false);
-            }
-        });
-        let objective = |run: &Run<'_>| run.objective(price.lambda, true);
-        let best = runs.into_iter().min_by(|a, b| objective(a).total_cmp(&objective(b)));
-        run = best.expect("the smooth one is always there");
-    }
-    for iteration in trial..free + gridded {
+    let all = free + gridded;
+    let trial = TRIAL.min(coarse.max(1));
+    for iteration in 0..all {
         progress.check()?;
-        if iteration == coarse && at_first < levels {
-            run.refine(base);
+        if iteration == trial {
+            select(&mut runs, MARGIN);
         }
-        if iteration + TRUE_ITERATIONS == free + gridded && !std::ptr::addr_eq(surface, truth) {
-            run.descent.turn_to(truth);
+        if iteration == coarse.max(trial) {
+            select(&mut runs, 1.0);
         }
-        let on_grid = iteration >= free;
-        if iteration > 0 && iteration + SETTLED < free + gridded {
-            price.follow(run.sizes, on_grid, run.descent.rms);
-        }
-        let lambda = annealed(price.lambda, iteration);
-        if !on_grid {
-            run.descent.set_steps(price.lambda, STEP_FACTOR);
-        } else if iteration == free {
-            run.snap_to_grid(lambda);
-        }
-        run.step(lambda, on_grid);
-        progress.detail(&format!("distance {:.4} % of the diagonal", run.descent.mean / 100.0));
-        progress.report("levels", (iteration + 1) as f64 / (free + gridded) as f64);
+        runs.par_iter_mut().for_each(|run| {
+            if iteration == coarse && at_first < levels {
+                run.refine(base);
+            }
+            if iteration + TRUE_ITERATIONS == all && !std::ptr::addr_eq(surface, truth) {
+                run.descent.turn_to(truth);
+            }
+            let on_grid = iteration >= free;
+            if iteration >= trial && iteration + SETTLED < all {
+                run.follow(on_grid);
+            }
+            let lambda = annealed(run.price.lambda, iteration);
+            if !on_grid {
+                run.descent.set_steps(run.price.lambda, STEP_FACTOR);
+            } else if iteration == free {
+                run.snap_to_grid(lambda);
+            }
+            run.step(lambda, on_grid);
+        });
+        progress.detail(&format!("distance {:.4} % of the diagonal", runs[0].descent.mean / 100.0));
+        progress.report("levels", (iteration + 1) as f64 / all as f64);
     }
+    select(&mut runs, 1.0);
+    let run = runs.swap_remove(0);
+    let price = &run.price;
     let field = DisplacementField::levelled(base, run.levels(price.lambda))?;
     let measured = Measured::of(truth, &similarity, &field, &sampler, options.seed);
     let report =
         FitReport { epochs: free + gridded, seconds: started.elapsed().as_secs_f64(), ..measured.report() };
-    Ok(LevelFit { field, report, price: price.lambda })
+    let (mean, bytes) = (1e-4 * run.descent.mean, run.sizes.into_iter().sum());
+    Ok(LevelFit { field, report, price: price.lambda, mean, bytes })
 }
 
 /// A descent and what its numbers take in a file.
@@ -245,21 +273,29 @@ struct Run<'a> {
     sizes: [usize; 2],
     /// Whether all edges are creases.
     is_polyhedral: bool,
+    price: Price,
+}
+
+/// Keeps the runs whose objective is at most `margin` times the best, which comes first.
+fn select(runs: &mut Vec<Run<'_>>, margin: f64) {
+    let lambda = runs.iter().map(|run| run.price.lambda).fold(0.0, f64::max);
+    let objective = |run: &Run<'_>| run.objective(lambda, true);
+    runs.sort_by(|a, b| objective(a).total_cmp(&objective(b)));
+    let worst = margin * objective(&runs[0]);
+    runs.retain(|run| objective(run) <= worst);
 }
 
 impl<'a> Run<'a> {
-    fn new(
-        surface: &'a dyn Surface,
-        similarity: Similarity,
-        base: &ManifoldMesh,
-        creases: &Creases,
-        levels: usize,
-    ) -> Self {
-        let descent = Descent::new(surface, similarity, base, creases, levels);
-        let coder = LevelCoder::new(base, levels);
+    fn new(descent: Descent<'a>, base: &ManifoldMesh, is_polyhedral: bool, price: Price) -> Self {
+        let coder = LevelCoder::new(base, descent.level_count());
         let sizes = coder.sizes(&descent.levels(descent.mean_edge / 4.0));
-        let is_polyhedral = *creases == Creases::everywhere(base);
-        Self { descent, coder, sizes, is_polyhedral }
+        Self { descent, coder, sizes, is_polyhedral, price }
+    }
+
+    /// Changes the price of a bit, so that its size or distance comes nearer to what is wanted.
+    fn follow(&mut self, on_grid: bool) {
+        let Descent { rms, mean, .. } = self.descent;
+        self.price.follow(self.sizes, on_grid, rms, mean);
     }
 
     /// Goes on with a level more.
@@ -277,7 +313,7 @@ impl<'a> Run<'a> {
     fn objective(&self, lambda: f64, on_grid: bool) -> f64 {
         let [base, levels] = self.sizes;
         let bytes = levels + if on_grid { base } else { 0 };
-        self.descent.rms.powi(2) + 8.0 * lambda * bytes as f64
+        self.descent.rms.powi(2) + self.descent.rim + 8.0 * lambda * bytes as f64
     }
 
     /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and
@@ -285,7 +321,7 @@ impl<'a> Run<'a> {
     fn snap_to_grid(&mut self, lambda: f64) {
         let free = self.descent.state();
         let spacing = spacing(lambda, self.descent.mean_edge);
-        let count = if self.is_polyhedral { FINER_GRIDS } else { 1 };
+        let finer = if self.is_polyhedral { FINER_GRIDS } else { 0 };
         let mut snapped = |spacing: f64| {
             self.descent.restore(free.clone());
             self.descent.snap_to_grid(spacing);
@@ -293,12 +329,19 @@ impl<'a> Run<'a> {
             self.sizes = self.coder.sizes(&self.descent.levels(spacing));
             self.objective(lambda, true)
         };
-        let spacings = (0..count).map(|k| spacing / f64::from(1 << k));
-        let objectives: Vec<(f64, f64)> = spacings.map(|s| (snapped(s), s)).collect();
-        let best = objectives.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        best.into_iter().for_each(|(_, spacing)| {
-            snapped(spacing);
-        });
+        // From the finest on, so that where there is but one it is the last.
+        let mut best = (f64::INFINITY, spacing);
+        let mut last = spacing;
+        for k in (0..=finer).rev() {
+            last = spacing / f64::from(1 << k);
+            let objective = snapped(last);
+            if objective <= best.0 {
+                best = (objective, last);
+            }
+        }
+        if best.1 != last {
+            snapped(best.1);
+        }
     }
 
     /// Sweeps over all numbers and projects anew.
@@ -324,13 +367,24 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The price of a bit, which follows the size that is wanted.
+/// The price of a bit, which follows what is wanted.
+#[derive(Clone, Copy, Debug)]
 struct Price {
     lambda: f64,
-    /// Bytes that are wanted.
-    bytes: Option<f64>,
-    /// The price does not fall any more below this distance.
-    close_enough: f64,
+    wanted: Wanted,
+}
+
+/// What the price of a bit follows, in bytes and units.
+#[derive(Clone, Copy, Debug)]
+enum Wanted {
+    Nothing,
+    /// A size. The price does not fall any more below this distance.
+    Bytes {
+        bytes: f64,
+        close_enough: f64,
+    },
+    /// A mean distance.
+    Mean(f64),
 }
 
 impl Price {
@@ -338,33 +392,44 @@ impl Price {
         // Distances fall with the reciprocal of the size, D = c / bits², so that a bit is worth 2 D / bits; at first the
         // distance is several times what it will be.
         let guess = |bytes: f64| ((rms / 4.0).powi(2) / (4.0 * bytes)).max(MIN_PRICE);
+        let suited = |per_face: f64| (per_face * base.face_count() as f64).max(FEW_BYTES);
         match budget {
-            Budget::Price(lambda) => Self { lambda, bytes: None, close_enough: 0.0 },
+            Budget::Price(lambda) => Self { lambda, wanted: Wanted::Nothing },
             Budget::Bytes(bytes) => {
                 let bytes = bytes as f64;
-                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: 0.0 }
+                Self { lambda: guess(bytes), wanted: Wanted::Bytes { bytes, close_enough: 0.0 } }
             }
             Budget::PerFace(bytes) => {
-                let bytes = (bytes * base.face_count() as f64).max(FEW_BYTES);
-                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: CLOSE_ENOUGH }
+                let bytes = suited(bytes);
+                Self { lambda: guess(bytes), wanted: Wanted::Bytes { bytes, close_enough: CLOSE_ENOUGH } }
+            }
+            Budget::Error(share) => {
+                let mean = (1e4 * share).max(CLOSE_ENOUGH);
+                Self { lambda: guess(suited(BYTES_PER_FACE)), wanted: Wanted::Mean(mean) }
             }
         }
     }
 
-    /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the
-    /// law above has that size, from the distance and the size that there are; then by what the size is off, which is
-    /// proportional to λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
-    fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64) {
-        let Some(bytes) = self.bytes else { return };
+    /// Changes λ so that the size or the distance comes nearer to what is wanted: as long as it is annealed to the price
+    /// at which the law above has it, from the distance and the size that there are; then by what it is off, as sizes are
+    /// proportional to λ^(−1/3) and distances to λ^(1/3). Half of that correction is made, since the numbers follow slowly.
+    fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64, mean: f64) {
         let size = sizes.into_iter().sum::<usize>() as f64;
-        let factor = if on_grid {
-            (size / bytes).powf(1.5).clamp(0.6, 1.6)
-        } else {
-            let rms = rms.max(self.close_enough);
-            let wanted = rms * rms * size * size / (4.0 * bytes.powi(3));
-            (wanted / self.lambda).clamp(0.05, 20.0)
+        let (off, law) = match self.wanted {
+            Wanted::Nothing => return,
+            Wanted::Bytes { bytes, close_enough } => {
+                let rms = rms.max(close_enough);
+                (size / bytes, rms * rms * size * size / (4.0 * bytes.powi(3)))
+            }
+            Wanted::Mean(wanted) => {
+                let off = wanted / mean.max(1e-3 * wanted);
+                (off, off.powi(3) * rms * rms / (4.0 * size))
+            }
         };
-        if !on_grid || rms > self.close_enough || factor > 1.0 {
+        let factor =
+            if on_grid { off.powf(1.5).clamp(0.6, 1.6) } else { (law / self.lambda).clamp(0.05, 20.0) };
+        let is_close = matches!(self.wanted, Wanted::Bytes { close_enough, .. } if rms <= close_enough);
+        if !(on_grid && is_close) || factor > 1.0 {
             self.lambda = (self.lambda * factor).max(MIN_PRICE);
         }
     }

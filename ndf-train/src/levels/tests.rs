@@ -165,3 +165,40 @@ fn what_is_sharp_stays_sharp() {
         assert!(surface.points().iter().any(|p| p.distance(corner) < 1e-4));
     }
 }
+
+/// A flat disc.
+struct Disc;
+
+impl Surface for Disc {
+    fn bounds(&self) -> BoundingBox {
+        BoundingBox { min: DVec3::new(-1.0, -1.0, 0.0), max: DVec3::new(1.0, 1.0, 0.0) }
+    }
+
+    fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+        for (query, foot) in queries.iter().zip(feet) {
+            let point = DVec3 { z: 0.0, ..query.point }.clamp_length_max(1.0);
+            *foot = Ok(Foot { point, normal: DVec3::Z, hint: Hint::NONE });
+        }
+    }
+}
+
+/// Nothing pulls on a boundary inside the surface but what is missing there: without it, rounding and the price of bits let
+/// it shrink.
+#[test]
+fn boundaries_reach_the_end_of_the_surface() {
+    let square = manifold(shapes::grid(8, 8));
+    let bounds = square.bounds();
+    let round = |p: &DVec3| {
+        let DVec3 { x, y, .. } = 2.0 * (*p - bounds.min) / bounds.extent().max_element() - DVec3::ONE;
+        DVec3::new(x * (1.0 - 0.5 * y * y).sqrt(), y * (1.0 - 0.5 * x * x).sqrt(), 0.0)
+    };
+    let base = square.with_positions(square.positions().iter().map(round).collect());
+    let fit = fitted(&Disc, &base, &LevelOptions { budget: Budget::Bytes(400), ..LevelOptions::default() });
+    let surface = fit.field.level_surface().unwrap();
+    let farthest = surface.points().iter().map(|p| p.length()).fold(0.0, f64::max);
+    let area =
+        ndf_mesh::TriangleMesh::new(surface.points().to_vec(), surface.faces().to_vec()).unwrap().area();
+    // The box has the disc's diameter as 3.
+    let disc = std::f64::consts::PI * 1.5 * 1.5;
+    assert!((area / disc - 1.0).abs() < 3e-3 && farthest < 1.5 * 1.003, "{} {farthest}", area / disc);
+}
