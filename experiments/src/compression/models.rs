@@ -76,7 +76,7 @@ pub(super) fn measured(
     };
     let (seconds, fitted) = timed(|| fit.run());
     let model = fitted.map_err(|e| e.to_string())?.model;
-    let base_faces = model.field.base().face_count();
+    let base_faces = size.map_or(asked, |_| model.field.base().face_count());
     let surface = Triangulated::from_model(&model, EdgeLength::Relative(edge_length), &NoProgress);
     let surface = surface.map_err(|e| e.to_string())?;
     let factors = surface.factors.unwrap_or(LengthFactors::ONE);
