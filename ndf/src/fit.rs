@@ -9,7 +9,7 @@ use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
 use ndf_model::file::StoredBase;
 use ndf_model::{Model, Similarity};
 use ndf_surfaces::narrow_band::BandError;
-use ndf_train::levels::{Budget, LevelFit, LevelFitError, LevelOptions, faces_for, fit_levels};
+use ndf_train::levels::{Budget, LevelFit, LevelFitError, LevelOptions, fit_levels};
 use ndf_train::objective::Term;
 use ndf_train::{
     Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, level_provenance,
@@ -20,6 +20,7 @@ use crate::band::BandFigures;
 use crate::base::NoBaseMesh;
 use crate::model::{ModelExt, to_world};
 use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
+use crate::size_search::SizeSearch;
 use crate::{Kind, Level, Note, Opened};
 
 /// Called at the end of every batch.
@@ -36,6 +37,7 @@ pub struct Fit<'a> {
     opened: &'a Opened,
     settings: Settings,
     levels: Option<LevelOptions>,
+    error: Option<f64>,
     base: Base<'a>,
     anchors: Vec<(DVec3, DVec3)>,
     terms: Vec<(f32, Arc<dyn Term>)>,
@@ -134,6 +136,7 @@ impl<'a> Fit<'a> {
             opened,
             settings: Preset::Default.settings(opened.kind),
             levels: None,
+            error: None,
             base: Base::Suited,
             anchors: Vec::new(),
             terms: Vec::new(),
@@ -170,6 +173,13 @@ impl<'a> Fit<'a> {
     /// and their training are refused then, and of the seeds [`LevelOptions::seed`] alone counts.
     pub fn levels(self, options: LevelOptions) -> Self {
         Self { levels: Some(options), ..self }
+    }
+
+    /// Learns levels in as few bytes as this mean distance from the surface allows, a share of its diagonal: a handful of
+    /// sizes are tried, each with the base mesh that suits it unless there is one. The budget of [`levels`](Self::levels)
+    /// does not count.
+    pub fn error(self, share: f64) -> Self {
+        Self { error: Some(share), levels: self.levels.or_else(|| Some(LevelOptions::default())), ..self }
     }
 
     /// Epochs of training.
@@ -309,43 +319,42 @@ impl<'a> Fit<'a> {
     fn run_levels(mut self, options: &LevelOptions) -> Result<Fitted, FitError> {
         self.refuse_what_is_of_networks()?;
         let mut notes = Notes { all: Vec::new(), noted: self.noted.take() };
-        // Control vertices have a grid of their own.
-        let settings = Settings { precision: None, ..self.settings.clone() };
-        let (mut attempts, made) = match &self.base {
-            Base::Suited => (MAX_ATTEMPTS, Some(faces(options.budget.base_faces().unwrap_or(BASE_FACES)))),
-            Base::Made(options) => (1, Some(*options)),
-            Base::Brought(_) | Base::Resumed(_) => (1, None),
-        };
-        let Some(mut made) = made else {
-            let Base::Brought(mesh) = &self.base else { return Err(FitError::NotOfLevels("checkpoint")) };
-            let attempt = self.levels_on(mesh, None, &settings, options)?;
+        let Some(wanted) = self.error else {
+            let attempt = self.attempt(options, &mut notes)?;
             return Ok(self.finish(attempt, notes, options));
         };
-        // How many bytes a distance takes is not known before, and so how many faces go with it.
-        let mut best: Option<LevelAttempt> = None;
-        loop {
-            let (base, told) = self.opened.base_mesh(&made, self.progress)?;
-            // Those of the first base mesh hold for the others.
-            told.into_iter().filter(|_| best.is_none()).for_each(|note| notes.add(note));
-            let attempt = self.levels_on(&base.mesh, Some(base.report), &settings, options)?;
-            let suited = faces_for(attempt.fit.bytes);
-            attempts -= 1;
-            let is_suited = suited.abs_diff(made.faces) * 4 <= made.faces;
-            let is_better = |best: &LevelAttempt| {
-                let [new, old] = [&attempt.fit, &best.fit];
-                let size = |fit: &LevelFit| fit.bytes as f64 * fit.mean;
-                size(new) < size(old)
-            };
-            if best.as_ref().is_none_or(is_better) {
-                best = Some(attempt);
+        let mut search = SizeSearch::new(wanted);
+        let mut best: Option<(LevelAttempt, LevelOptions)> = None;
+        while let Some(bytes) = search.next() {
+            let options = LevelOptions { budget: Budget::Bytes(bytes), ..*options };
+            // What is told of the first base mesh holds for the others.
+            let mut told = Notes { all: Vec::new(), noted: None };
+            let told = if best.is_none() { &mut notes } else { &mut told };
+            let attempt = self.attempt(&options, told)?;
+            if search.learn(attempt.fit.bytes, attempt.fit.mean) {
+                best = Some((attempt, options));
             }
-            let follows = matches!(options.budget, Budget::Error(_));
-            if !follows || attempts == 0 || is_suited {
-                break;
-            }
-            made = faces(suited);
         }
-        Ok(self.finish(best.expect("there was an attempt"), notes, options))
+        let (attempt, options) = best.expect("the first attempt is the best of one");
+        if attempt.fit.mean > wanted {
+            notes.add(Note::ErrorMissed { wanted, reached: attempt.fit.mean });
+        }
+        Ok(self.finish(attempt, notes, &options))
+    }
+
+    /// Makes a base mesh, where none was brought, and learns levels on it.
+    fn attempt(&self, options: &LevelOptions, notes: &mut Notes<'_>) -> Result<LevelAttempt, FitError> {
+        // Control vertices have a grid of their own.
+        let settings = Settings { precision: None, ..self.settings.clone() };
+        let made = match &self.base {
+            Base::Suited => faces(options.budget.base_faces().unwrap_or(BASE_FACES)),
+            Base::Made(options) => *options,
+            Base::Brought(mesh) => return self.levels_on(mesh, None, &settings, options),
+            Base::Resumed(_) => return Err(FitError::NotOfLevels("checkpoint")),
+        };
+        let (base, told) = self.opened.base_mesh(&made, self.progress)?;
+        told.into_iter().for_each(|note| notes.add(note));
+        self.levels_on(&base.mesh, Some(base.report), &settings, options)
     }
 
     /// Refuses what has no meaning for levels.
@@ -408,9 +417,6 @@ impl<'a> Fit<'a> {
 
 /// What provenance calls this program.
 const PROGRAM: &str = concat!("ndf ", env!("CARGO_PKG_VERSION"));
-
-/// Base meshes that are tried until their number of faces suits the size of the model.
-const MAX_ATTEMPTS: usize = 3;
 
 /// Levels on a base mesh.
 struct LevelAttempt {

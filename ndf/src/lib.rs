@@ -40,6 +40,7 @@ pub mod open;
 mod opened;
 pub mod presets;
 pub mod scalars;
+mod size_search;
 pub mod text;
 mod triangulated;
 

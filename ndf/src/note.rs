@@ -112,6 +112,13 @@ pub enum Note {
         /// How often.
         times: usize,
     },
+    /// No model that was tried is as close to the surface as was asked for.
+    ErrorMissed {
+        /// The mean distance that was asked for, as a share of the diagonal.
+        wanted: f64,
+        /// That of the closest one.
+        reached: f64,
+    },
     /// Some of the learned surface is turned against the input.
     Flipped {
         /// How much.
@@ -224,6 +231,12 @@ impl fmt::Display for Note {
             Self::Diverged { times } => {
                 write!(f, "training diverged {times} times and went on at a smaller rate")
             }
+            Self::ErrorMissed { wanted, reached } => write!(
+                f,
+                "no model that was tried comes as close as {:.4} % of the diagonal; the closest has {:.4} %",
+                100.0 * wanted,
+                100.0 * reached
+            ),
             Self::Flipped { share } => {
                 write!(f, "{:.1} % of the learned surface is turned against the input", 100.0 * share)
             }

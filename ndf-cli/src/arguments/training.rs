@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use ndf::presets::levels_of_size;
 use ndf::{Kind, Preset};
 use ndf_model::file::Precision;
-use ndf_train::levels::{Budget, LevelOptions};
+use ndf_train::levels::LevelOptions;
 use ndf_train::{Schedule, Settings};
 
 use super::numbers::{bits, positive, seconds, share, weight};
@@ -110,20 +110,20 @@ impl Training {
         self.time_limit
     }
 
+    /// The mean distance that levels may have, where that was given: a share of the diagonal.
+    pub fn error(&self) -> Option<f64> {
+        self.error
+    }
+
     /// What levels to learn, if levels are to be learned.
     ///
     /// # Errors
     /// If something was asked for that the field does not have.
     pub fn levels(&self, seed: u64) -> Result<Option<LevelOptions>, Failure> {
-        let default = LevelOptions { seed, ..LevelOptions::default() };
-        let budget = match (self.size, self.error) {
-            (Some(size), _) => Some(levels_of_size(size as usize).budget),
-            (None, Some(share)) => Some(Budget::Error(share)),
-            (None, None) => None,
-        };
-        match (self.field, budget) {
-            (None | Some(FieldName::Network), None) => Ok(None),
-            (Some(FieldName::Network), Some(_)) => {
+        let levels = self.size.map_or_else(LevelOptions::default, |size| levels_of_size(size as usize));
+        match (self.field, self.size.is_some() || self.error.is_some()) {
+            (None | Some(FieldName::Network), false) => Ok(None),
+            (Some(FieldName::Network), true) => {
                 let failure = Failure::new("--size and --error are for levels");
                 Err(failure.try_instead("--field levels, or --base-faces and --bits for a network"))
             }
@@ -135,7 +135,7 @@ impl Training {
                 );
                 Err(failure.try_instead("leave them out, or --field network, without --size and --error"))
             }
-            (_, budget) => Ok(Some(LevelOptions { budget: budget.unwrap_or(default.budget), ..default })),
+            _ => Ok(Some(LevelOptions { seed, ..levels })),
         }
     }
 

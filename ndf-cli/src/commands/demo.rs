@@ -72,6 +72,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if let Some(levels) = levels {
         fit = fit.levels(levels);
     }
+    if let Some(share) = arguments.training.error() {
+        fit = fit.error(share);
+    }
     let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));

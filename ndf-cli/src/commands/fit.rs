@@ -94,6 +94,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if let Some(levels) = levels {
         fit = fit.levels(levels);
     }
+    if let Some(share) = arguments.training.error() {
+        fit = fit.error(share);
+    }
     if let Some(mesh) = &base {
         fit = fit.base(mesh);
     }

@@ -51,8 +51,6 @@ pub enum Budget {
     PerFace(f64),
     /// About so many.
     Bytes(usize),
-    /// As many as this mean distance needs, a share of the surface's diagonal.
-    Error(f64),
     /// As many as are worth their price: the price of a bit, in squares of a ten-thousandth of the surface's diagonal.
     Price(f64),
 }
@@ -62,13 +60,13 @@ impl Budget {
     pub fn base_faces(self) -> Option<usize> {
         match self {
             Self::Bytes(bytes) => Some(faces_for(bytes)),
-            Self::PerFace(_) | Self::Error(_) | Self::Price(_) => None,
+            Self::PerFace(_) | Self::Price(_) => None,
         }
     }
 
     fn validate(self) -> Result<(), LevelFitError> {
         let is_valid = match self {
-            Self::PerFace(x) | Self::Error(x) | Self::Price(x) => x.is_finite() && x > 0.0,
+            Self::PerFace(x) | Self::Price(x) => x.is_finite() && x > 0.0,
             Self::Bytes(bytes) => bytes > 0,
         };
         is_valid.then_some(()).ok_or(LevelFitError::Option("the budget of levels must be positive"))
@@ -292,10 +290,9 @@ impl<'a> Run<'a> {
         Self { descent, coder, sizes, is_polyhedral, price }
     }
 
-    /// Changes the price of a bit, so that its size or distance comes nearer to what is wanted.
+    /// Changes the price of a bit, so that the size comes nearer to what is wanted.
     fn follow(&mut self, on_grid: bool) {
-        let Descent { rms, mean, .. } = self.descent;
-        self.price.follow(self.sizes, on_grid, rms, mean);
+        self.price.follow(self.sizes, on_grid, self.descent.rms);
     }
 
     /// Goes on with a level more.
@@ -367,24 +364,14 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The price of a bit, which follows what is wanted.
+/// The price of a bit, which follows the size that is wanted.
 #[derive(Clone, Copy, Debug)]
 struct Price {
     lambda: f64,
-    wanted: Wanted,
-}
-
-/// What the price of a bit follows, in bytes and units.
-#[derive(Clone, Copy, Debug)]
-enum Wanted {
-    Nothing,
-    /// A size. The price does not fall any more below this distance.
-    Bytes {
-        bytes: f64,
-        close_enough: f64,
-    },
-    /// A mean distance.
-    Mean(f64),
+    /// Bytes that are wanted.
+    bytes: Option<f64>,
+    /// The price does not fall any more below this distance.
+    close_enough: f64,
 }
 
 impl Price {
@@ -392,44 +379,33 @@ impl Price {
         // Distances fall with the reciprocal of the size, D = c / bits², so that a bit is worth 2 D / bits; at first the
         // distance is several times what it will be.
         let guess = |bytes: f64| ((rms / 4.0).powi(2) / (4.0 * bytes)).max(MIN_PRICE);
-        let suited = |per_face: f64| (per_face * base.face_count() as f64).max(FEW_BYTES);
         match budget {
-            Budget::Price(lambda) => Self { lambda, wanted: Wanted::Nothing },
+            Budget::Price(lambda) => Self { lambda, bytes: None, close_enough: 0.0 },
             Budget::Bytes(bytes) => {
                 let bytes = bytes as f64;
-                Self { lambda: guess(bytes), wanted: Wanted::Bytes { bytes, close_enough: 0.0 } }
+                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: 0.0 }
             }
             Budget::PerFace(bytes) => {
-                let bytes = suited(bytes);
-                Self { lambda: guess(bytes), wanted: Wanted::Bytes { bytes, close_enough: CLOSE_ENOUGH } }
-            }
-            Budget::Error(share) => {
-                let mean = (1e4 * share).max(CLOSE_ENOUGH);
-                Self { lambda: guess(suited(BYTES_PER_FACE)), wanted: Wanted::Mean(mean) }
+                let bytes = (bytes * base.face_count() as f64).max(FEW_BYTES);
+                Self { lambda: guess(bytes), bytes: Some(bytes), close_enough: CLOSE_ENOUGH }
             }
         }
     }
 
-    /// Changes λ so that the size or the distance comes nearer to what is wanted: as long as it is annealed to the price
-    /// at which the law above has it, from the distance and the size that there are; then by what it is off, as sizes are
-    /// proportional to λ^(−1/3) and distances to λ^(1/3). Half of that correction is made, since the numbers follow slowly.
-    fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64, mean: f64) {
+    /// Changes λ so that the size comes nearer to what is wanted: as long as it is annealed to the price at which the
+    /// law above has that size, from the distance and the size that there are; then by what the size is off, which is
+    /// proportional to λ^(−1/3). Half of that correction is made, since the numbers follow slowly.
+    fn follow(&mut self, sizes: [usize; 2], on_grid: bool, rms: f64) {
+        let Some(bytes) = self.bytes else { return };
         let size = sizes.into_iter().sum::<usize>() as f64;
-        let (off, law) = match self.wanted {
-            Wanted::Nothing => return,
-            Wanted::Bytes { bytes, close_enough } => {
-                let rms = rms.max(close_enough);
-                (size / bytes, rms * rms * size * size / (4.0 * bytes.powi(3)))
-            }
-            Wanted::Mean(wanted) => {
-                let off = wanted / mean.max(1e-3 * wanted);
-                (off, off.powi(3) * rms * rms / (4.0 * size))
-            }
+        let factor = if on_grid {
+            (size / bytes).powf(1.5).clamp(0.6, 1.6)
+        } else {
+            let rms = rms.max(self.close_enough);
+            let wanted = rms * rms * size * size / (4.0 * bytes.powi(3));
+            (wanted / self.lambda).clamp(0.05, 20.0)
         };
-        let factor =
-            if on_grid { off.powf(1.5).clamp(0.6, 1.6) } else { (law / self.lambda).clamp(0.05, 20.0) };
-        let is_close = matches!(self.wanted, Wanted::Bytes { close_enough, .. } if rms <= close_enough);
-        if !(on_grid && is_close) || factor > 1.0 {
+        if !on_grid || rms > self.close_enough || factor > 1.0 {
             self.lambda = (self.lambda * factor).max(MIN_PRICE);
         }
     }
