@@ -5,7 +5,8 @@ use crate::metric::Metric;
 use crate::scalars::SurfaceScalars;
 use crate::similarity::Similarity;
 
-/// A displacement field, the similarity to the user's units, the metric of the true surface, scalars on the surface, and where they came from.
+/// A displacement field, the similarity to the user's units, the metric of the true surface, scalars on the surface, and
+/// where they came from.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The field, in the normalised box.

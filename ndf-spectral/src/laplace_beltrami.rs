@@ -16,7 +16,7 @@ use crate::tufted_cover::TuftedCover;
 const MOLLIFICATION: f64 = 1e-10;
 
 /// Smaller areas are not those of their faces: the products of four lengths that they come from underflow.
-const LEAST_AREA: f64 = 1e-150;
+const MIN_AREA: f64 = 1e-150;
 
 /// How an operator is built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,7 +149,7 @@ fn prepared(mesh: &IntrinsicMesh, delaunay: bool) -> Result<IntrinsicMesh, Spect
     let has_area = |face| {
         let sides = mesh.sides(face);
         let longest = sides[0].max(sides[1]).max(sides[2]);
-        triangle::slack(sides) > 4.0 * f64::EPSILON * longest && triangle::area(sides) > LEAST_AREA
+        triangle::slack(sides) > 4.0 * f64::EPSILON * longest && triangle::area(sides) > MIN_AREA
     };
     if mesh.face_count() > 0 && !mesh.faces().any(has_area) {
         return Err(SpectralError::NoSurface);

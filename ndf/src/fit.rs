@@ -1,13 +1,14 @@
 //! Learning a surface: everything between an opened surface and a model.
 
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
 use ndf_core::{DVec3, NoProgress, Progress, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
+use ndf_model::Model;
 use ndf_model::file::StoredBase;
-use ndf_model::{Model, Similarity};
 use ndf_surfaces::narrow_band::BandError;
 use ndf_train::levels::{Budget, LevelFit, LevelFitError, LevelOptions, fit_levels};
 use ndf_train::objective::Term;
@@ -16,7 +17,7 @@ use ndf_train::{
     measure_metric, provenance, stored_base, train,
 };
 
-use crate::band::BandFigures;
+use crate::band::{Band, BandFigures};
 use crate::base::NoBaseMesh;
 use crate::model::{ModelExt, to_world};
 use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
@@ -176,8 +177,8 @@ impl<'a> Fit<'a> {
     }
 
     /// Learns levels in as few bytes as this mean distance from the surface allows, a share of its diagonal: a handful of
-    /// sizes are tried, each with the base mesh that suits it unless there is one. The budget of [`levels`](Self::levels)
-    /// does not count.
+    /// sizes are tried, each with the base mesh that suits it unless there is one, and the best is kept, also where the
+    /// observer stops after the first. The budget of [`levels`](Self::levels) does not count.
     pub fn error(self, share: f64) -> Self {
         Self { error: Some(share), levels: self.levels.or_else(|| Some(LevelOptions::default())), ..self }
     }
@@ -320,46 +321,73 @@ impl<'a> Fit<'a> {
         self.refuse_what_is_of_networks()?;
         let mut notes = Notes { all: Vec::new(), noted: self.noted.take() };
         let Some(wanted) = self.error else {
-            let attempt = self.attempt(options, &mut notes)?;
-            return Ok(self.finish(attempt, notes, options));
+            let ground = self.ground(options)?;
+            notes.add_all(&ground.told);
+            let fit = self.levels_on(&ground, options)?;
+            return Ok(self.finish(&ground, fit, notes, options));
         };
         let mut search = SizeSearch::new(wanted);
-        let mut best: Option<(LevelAttempt, LevelOptions)> = None;
+        let (mut ground, mut best) = (None, None);
         while let Some(bytes) = search.next() {
             let options = LevelOptions { budget: Budget::Bytes(bytes), ..*options };
-            // What is told of the first base mesh holds for the others.
-            let mut told = Notes { all: Vec::new(), noted: None };
-            let told = if best.is_none() { &mut notes } else { &mut told };
-            let attempt = self.attempt(&options, told)?;
-            if search.learn(attempt.fit.bytes, attempt.fit.mean) {
-                best = Some((attempt, options));
+            let mut attempt = || {
+                // A base mesh that does not depend on the size is made once.
+                let kept = ground.take().filter(|_| !matches!(self.base, Base::Suited));
+                let ground = kept.map_or_else(|| self.ground(&options).map(Rc::new), Ok)?;
+                let fit = self.levels_on(&ground, &options)?;
+                Ok::<_, FitError>((ground, fit))
+            };
+            match attempt() {
+                Ok((on, fit)) => {
+                    if search.learn(bytes, fit.bytes, fit.mean) {
+                        best = Some((Rc::clone(&on), fit, options));
+                    }
+                    ground = Some(on);
+                }
+                // What was found before is kept.
+                Err(_) if best.is_some() => break,
+                Err(error) => return Err(error),
             }
         }
-        let (attempt, options) = best.expect("the first attempt is the best of one");
-        if attempt.fit.mean > wanted {
-            notes.add(Note::ErrorMissed { wanted, reached: attempt.fit.mean });
+        let (ground, fit, options) = best.expect("the first attempt is the best of one");
+        notes.add_all(&ground.told);
+        if fit.mean > wanted {
+            notes.add(Note::ErrorMissed { wanted, reached: fit.mean });
         }
-        Ok(self.finish(attempt, notes, &options))
+        Ok(self.finish(&ground, fit, notes, &options))
     }
 
-    /// Makes a base mesh, where none was brought, and learns levels on it.
-    fn attempt(&self, options: &LevelOptions, notes: &mut Notes<'_>) -> Result<LevelAttempt, FitError> {
+    /// Makes a base mesh, where none was brought, and caches the field where that is costly.
+    fn ground(&self, options: &LevelOptions) -> Result<Ground<'_>, FitError> {
+        let made = match &self.base {
+            Base::Suited => Some(faces(options.budget.base_faces().unwrap_or(BASE_FACES))),
+            Base::Made(options) => Some(*options),
+            Base::Brought(_) | Base::Resumed(_) => None,
+        };
         // Control vertices have a grid of their own.
         let settings = Settings { precision: None, ..self.settings.clone() };
-        let made = match &self.base {
-            Base::Suited => faces(options.budget.base_faces().unwrap_or(BASE_FACES)),
-            Base::Made(options) => *options,
-            Base::Brought(mesh) => return self.levels_on(mesh, None, &settings, options),
-            Base::Resumed(_) => return Err(FitError::NotOfLevels("checkpoint")),
+        let stored = |mesh: &ManifoldMesh| stored_base(&*self.opened.surface, mesh, &settings);
+        let (stored, base_report, told) = match (made, &self.base) {
+            (Some(options), _) => {
+                let (base, told) = self.opened.base_mesh(&options, self.progress)?;
+                (stored(&base.mesh)?, Some(base.report), told)
+            }
+            (None, Base::Brought(mesh)) => (stored(mesh)?, None, Vec::new()),
+            (None, _) => return Err(FitError::NotOfLevels("checkpoint")),
         };
-        let (base, told) = self.opened.base_mesh(&made, self.progress)?;
-        told.into_iter().for_each(|note| notes.add(note));
-        self.levels_on(&base.mesh, Some(base.report), &settings, options)
+        let base = to_world(&stored.mesh, &stored.similarity);
+        let band = self.opened.band(&base, self.progress)?;
+        Ok(Ground { base, stored, base_report, told, band })
     }
 
-    /// Refuses what has no meaning for levels.
+    /// Refuses what has no meaning for levels, and distances that are no shares.
     fn refuse_what_is_of_networks(&self) -> Result<(), FitError> {
         let preset = Settings { seed: self.settings.seed, ..Preset::Default.settings(self.opened.kind) };
+        if self.error.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
+            return Err(FitError::Levels(LevelFitError::Option(
+                "the mean distance must be a share of the diagonal",
+            )));
+        }
         let of_networks = [
             ("anchors", !self.anchors.is_empty()),
             ("terms", !self.terms.is_empty()),
@@ -374,28 +402,24 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Learns levels on a base mesh in the surface's units.
-    fn levels_on(
-        &self,
-        base: &ManifoldMesh,
-        base_report: Option<BaseMeshReport>,
-        settings: &Settings,
-        options: &LevelOptions,
-    ) -> Result<LevelAttempt, FitError> {
-        let StoredBase { mesh, similarity, .. } = stored_base(&*self.opened.surface, base, settings)?;
-        let base = to_world(&mesh, &similarity);
-        let band = self.opened.band(&base, self.progress)?;
-        let surface: &dyn Surface = band.as_ref().map_or(&*self.opened.surface, |band| &band.surface);
-        let fit = fit_levels(surface, &*self.opened.surface, similarity, &mesh, options, self.progress)?;
-        let band = band.as_ref().map(|band| band.figures);
-        Ok(LevelAttempt { base, base_report, band, similarity, fit })
+    fn levels_on(&self, ground: &Ground<'_>, options: &LevelOptions) -> Result<LevelFit, FitError> {
+        let truth = &*self.opened.surface;
+        let surface: &dyn Surface = ground.band.as_ref().map_or(truth, |band| &band.surface);
+        let StoredBase { mesh, similarity, .. } = &ground.stored;
+        Ok(fit_levels(surface, truth, *similarity, mesh, options, self.progress)?)
     }
 
-    fn finish(&self, attempt: LevelAttempt, mut notes: Notes<'_>, options: &LevelOptions) -> Fitted {
-        let LevelAttempt { base, base_report, band, similarity, fit } = attempt;
+    fn finish(
+        &self,
+        ground: &Ground<'_>,
+        fit: LevelFit,
+        mut notes: Notes<'_>,
+        options: &LevelOptions,
+    ) -> Fitted {
         let LevelFit { field, report, .. } = fit;
         notes.add_result(&report);
         let provenance = level_provenance(PROGRAM, file_name(self.opened).as_deref(), options, &report);
+        let similarity = ground.stored.similarity;
         let measured = field.level_surface().and_then(|finest| {
             measure_metric(&*self.opened.surface, &similarity, finest.points(), finest.faces())
         });
@@ -405,9 +429,9 @@ impl<'a> Fit<'a> {
             report,
             kind: self.opened.kind,
             level: self.opened.level,
-            base,
-            base_report,
-            band,
+            base: ground.base.clone(),
+            base_report: ground.base_report.clone(),
+            band: ground.band.as_ref().map(|band| band.figures),
             metric_report,
             checkpoint: None,
             notes: notes.all,
@@ -418,13 +442,15 @@ impl<'a> Fit<'a> {
 /// What provenance calls this program.
 const PROGRAM: &str = concat!("ndf ", env!("CARGO_PKG_VERSION"));
 
-/// Levels on a base mesh.
-struct LevelAttempt {
+/// What levels are learned on.
+struct Ground<'a> {
+    /// The base mesh in the surface's units, and in the box.
     base: ManifoldMesh,
+    stored: StoredBase,
     base_report: Option<BaseMeshReport>,
-    band: Option<BandFigures>,
-    similarity: Similarity,
-    fit: LevelFit,
+    /// What is to be said of it.
+    told: Vec<Note>,
+    band: Option<Band<'a>>,
 }
 
 fn faces(faces: usize) -> BaseMeshOptions {
@@ -471,6 +497,10 @@ struct Notes<'a> {
 }
 
 impl Notes<'_> {
+    fn add_all(&mut self, notes: &[Note]) {
+        notes.iter().for_each(|note| self.add(note.clone()));
+    }
+
     fn add(&mut self, note: Note) {
         if let Some(noted) = &mut self.noted {
             noted(&note);

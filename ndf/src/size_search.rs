@@ -10,8 +10,9 @@ const MAX_ATTEMPTS: usize = 6;
 const CLOSE: f64 = 0.93;
 /// Where within what is close enough the next attempt aims.
 const AIM: f64 = 0.97;
-/// The fewest bytes of a base mesh with levels.
+/// Bytes of base mesh and levels are tried from the fewest that there are to the most that are of use.
 const MIN_BYTES: f64 = 300.0;
+const MAX_BYTES: f64 = 2e6;
 /// By what sizes change at most from one attempt to the next.
 const MAX_FACTOR: f64 = 6.0;
 /// Exponents of the error as a power of the size.
@@ -24,12 +25,15 @@ pub(crate) struct SizeSearch {
     wanted: f64,
     /// Bytes and errors.
     known: Vec<(f64, f64)>,
+    /// Bytes that were asked for: a base mesh may need more.
+    asked: Vec<f64>,
     next: Option<f64>,
 }
 
 impl SizeSearch {
     pub(crate) fn new(wanted: f64) -> Self {
-        Self { wanted, known: Vec::new(), next: Some(BYTES_PER_FACE * BASE_FACES as f64) }
+        let next = Some(BYTES_PER_FACE * BASE_FACES as f64);
+        Self { wanted, known: Vec::new(), asked: Vec::new(), next }
     }
 
     /// Bytes to try next.
@@ -37,9 +41,11 @@ impl SizeSearch {
         self.next.map(|bytes| bytes.round() as usize)
     }
 
-    /// Notes an attempt. Whether it is the best so far.
-    pub(crate) fn learn(&mut self, bytes: usize, error: f64) -> bool {
-        let new = (bytes as f64, error.max(f64::MIN_POSITIVE));
+    /// Notes an attempt: the bytes asked for, those of the result, and its error. Whether it is the best so far.
+    pub(crate) fn learn(&mut self, asked: usize, bytes: usize, error: f64) -> bool {
+        let error = if error.is_finite() { error.max(f64::MIN_POSITIVE) } else { f64::INFINITY };
+        let new = (bytes as f64, error);
+        self.asked.push(asked as f64);
         // Small ones that are close enough come first, then those that come closest.
         let rank = |(bytes, error): (f64, f64)| if error <= self.wanted { (0, bytes) } else { (1, error) };
         let is_best = self.known.iter().all(|&known| rank(new) < rank(known));
@@ -63,7 +69,7 @@ impl SizeSearch {
             _ => -1.0,
         };
         let factor = (AIM * self.wanted / error).powf(1.0 / slope).clamp(1.0 / MAX_FACTOR, MAX_FACTOR);
-        let mut next = (bytes * factor).max(MIN_BYTES);
+        let mut next = (bytes * factor).clamp(MIN_BYTES, MAX_BYTES);
         // Between what is too far and what is close enough.
         if let (Some(above), Some(below)) = (above, below)
             && above.0 < below.0
@@ -72,7 +78,8 @@ impl SizeSearch {
                 [above.0 * (below.0 / above.0).powf(0.1), below.0 * (above.0 / below.0).powf(0.1)];
             next = next.clamp(low, high);
         }
-        let is_known = self.known.iter().any(|known| (next / known.0).ln().abs() < 0.01);
+        // The same size has the same result.
+        let is_known = self.asked.iter().any(|asked| (next / asked).ln().abs() < 0.01);
         (!is_known).then_some(next)
     }
 }
@@ -81,15 +88,19 @@ impl SizeSearch {
 mod tests {
     use super::*;
 
+    /// What a base mesh takes at least.
+    const FEWEST: usize = 600;
+
     /// Bytes and error of the best attempt, and how many there were.
     fn found(wanted: f64, error: impl Fn(f64) -> f64) -> (f64, f64, usize) {
         let mut search = SizeSearch::new(wanted);
         let (mut best, mut attempts) = ((0.0, 0.0), 0);
         while let Some(bytes) = search.next() {
             attempts += 1;
-            let error = error(bytes as f64);
-            if search.learn(bytes, error) {
-                best = (bytes as f64, error);
+            let size = bytes.max(FEWEST);
+            let error = error(size as f64);
+            if search.learn(bytes, size, error) {
+                best = (size as f64, error);
             }
         }
         (best.0, best.1, attempts)
@@ -101,7 +112,7 @@ mod tests {
         for power in [0.7, 1.0, 1.5, 3.0] {
             for wanted in [1e-4, 1e-3, 3e-3] {
                 let (_, error, attempts) = found(wanted, |bytes| (bytes / 10.0).powf(-power));
-                let reachable = 30_f64.powf(-power) > wanted;
+                let reachable = 60_f64.powf(-power) > wanted;
                 assert!(error <= wanted && (error > 0.9 * wanted || !reachable), "{power} {wanted}: {error}");
                 assert!(attempts <= MAX_ATTEMPTS);
             }
@@ -115,7 +126,7 @@ mod tests {
     fn an_error_out_of_reach_ends_the_search() {
         let (_, error, attempts) = found(1e-6, |_| 1e-3);
         assert!(error == 1e-3 && attempts <= MAX_ATTEMPTS);
-        let (bytes, _, _) = found(0.1, |_| 1e-3);
-        assert!(bytes <= 2.0 * MIN_BYTES);
+        let (bytes, _, attempts) = found(0.1, |_| 1e-3);
+        assert!(bytes == 600.0 && attempts <= 4, "{attempts}");
     }
 }

@@ -24,7 +24,7 @@ const PARTED: usize = 30_000;
 const MOLLIFICATION: f64 = 1e-6;
 /// On meshes of more faces, whose windows would fill the memory, distances inside a face are taken from those at its
 /// corners, linearly.
-const MOST_FACES_WITH_WINDOWS: usize = 100_000;
+const MAX_FACES_WITH_WINDOWS: usize = 100_000;
 /// The places, in the box of side 3, whose closest points distances are measured from (supplement, §2.1).
 const SOURCES: [DVec3; 2] = [DVec3::ONE, DVec3::NEG_ONE];
 
@@ -112,7 +112,7 @@ impl Reference {
         let intrinsic = IntrinsicMesh::from_mesh(mesh);
         let tree = TriangleTree::new(mesh);
         let closest = |p: DVec3| closest_point(mesh, &tree, p).ok_or("no point is closest");
-        let is_fine = mesh.face_count() > MOST_FACES_WITH_WINDOWS;
+        let is_fine = mesh.face_count() > MAX_FACES_WITH_WINDOWS;
         let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
         // Sums of both errors and of distances.
         let sums = |Distances { source, targets }: &Distances| -> Result<[f64; 3], String> {
@@ -156,7 +156,7 @@ fn parted(mesh: &ManifoldMesh) -> Result<ManifoldMesh, String> {
 /// The smallest eigenvalues of the surface itself. Those of its triangles are off by the square of their edges, so that
 /// two meshes of it, one with the faces of the other parted, tell how far (Richardson). Fine meshes are taken as they are;
 /// others are parted at least once, and to at least so many faces.
-fn eigenvalues(mesh: &ManifoldMesh, least_faces: usize) -> Result<Vec<f64>, String> {
+fn eigenvalues(mesh: &ManifoldMesh, min_faces: usize) -> Result<Vec<f64>, String> {
     let of_triangles = |mesh: &ManifoldMesh| {
         let mut intrinsic = IntrinsicMesh::from_mesh(mesh);
         intrinsic.mollify(MOLLIFICATION);
@@ -167,7 +167,7 @@ fn eigenvalues(mesh: &ManifoldMesh, least_faces: usize) -> Result<Vec<f64>, Stri
         return of_triangles(mesh);
     }
     let (mut coarse, mut fine) = (Cow::Borrowed(mesh), parted(mesh)?);
-    while fine.face_count() < least_faces {
+    while fine.face_count() < min_faces {
         let finer = parted(&fine)?;
         coarse = Cow::Owned(std::mem::replace(&mut fine, finer));
     }

@@ -9,7 +9,7 @@ use ndf_mesh::io::{format_to_write, write_mesh};
 use ndf_mesh::{FacePoint, SurfacePoint};
 use serde_json::{Value, json};
 
-use crate::arguments::TriangulationArguments;
+use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
 use crate::files::read_triangulation;
 use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
@@ -28,7 +28,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     method: Method,
     /// Time step of the heat method, in squared mean edge lengths [default: 1, or larger where heat must go farther].
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = length)]
     time_step: Option<f64>,
     /// Also find the shortest path from the nearest source to the surface's point closest to this one.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
@@ -64,6 +64,9 @@ enum Method {
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
     check_place(&arguments.output)?;
+    if arguments.time_step.is_some() && arguments.method == Method::Exact {
+        return Err(Failure::new("--time-step is for the heat method").try_instead("add --method heat"));
+    }
     let name = arguments.triangulation.input.display();
     let found = read_triangulation(&arguments.triangulation, context)?;
     let mesh = found.manifold().map_err(|defects| {

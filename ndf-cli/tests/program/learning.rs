@@ -339,7 +339,7 @@ fn levels_are_learned_kept_and_used_like_networks() {
     let eval = ["scalars", "eval", "with.ndf", "-o", "e.ply", "--relative-edge-length", "0.1"];
     done(&eval);
 
-    // The mean distance is what was asked for, from both sides.
+    // The points of the finest level are as close as was asked for, and the surface nearly so, seen from both sides.
     let near = ["fit", "torus.ply", "-o", "near.ndf", "--error", "0.02%", "--json"];
     assert!(ndf(&folder.0, &near).json()["model_bytes"].as_u64().unwrap() < 2000);
     done(&["extract", "near.ndf", "-o", "near.ply", "--relative-edge-length", "0.05"]);

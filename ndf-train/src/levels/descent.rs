@@ -248,10 +248,13 @@ impl<'a> Descent<'a> {
         (self.mean, self.rms, self.missed) = (mean / found, (square / found).sqrt(), missed);
         self.rim = 0.0;
         let rim = self.rim_points.iter().zip(&outwards).zip(feet[self.points.len()..].iter().zip(&beyond));
-        for (row, ((&v, &direction), (foot, &beyond))) in rim_rows.iter_mut().zip(rim) {
+        let rim_hints = &mut self.hints[self.points.len()..];
+        for ((row, hint), ((&v, &direction), (foot, &beyond))) in rim_rows.iter_mut().zip(rim_hints).zip(rim)
+        {
             let area = (areas[v as usize] / total) as f32;
             *row = Row { direction: direction.as_vec3(), distance: 0.0, area: 0.0, weight: 0.0 };
             let Ok(foot) = foot else { continue };
+            *hint = foot.hint;
             let end = self.similarity.to_normalised(foot.point) / self.unit;
             // A surface that goes on has no end here, which a base mesh may have nevertheless.
             if end.distance(beyond) > GOES_ON * reach {

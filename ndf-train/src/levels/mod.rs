@@ -77,8 +77,8 @@ impl Budget {
 pub const BYTES_PER_FACE: f64 = 2.2;
 
 /// The number of base faces that balances control vertices with displacements in so many bytes.
-pub fn faces_for(bytes: usize) -> usize {
-    ((bytes as f64 / BYTES_PER_FACE) as usize).clamp(MIN_BASE_FACES, MAX_FACES)
+fn faces_for(bytes: usize) -> usize {
+    ((bytes as f64 / BYTES_PER_FACE).round() as usize).clamp(MIN_BASE_FACES, MAX_FACES)
 }
 
 /// A base mesh with fewer faces hardly has a shape.
@@ -221,13 +221,15 @@ pub fn fit_levels(
         if iteration < free { lambda * ANNEALING.powf(rest) } else { lambda }
     };
     let all = free + gridded;
-    let trial = TRIAL.min(coarse.max(1));
+    // When the finest level is added, or where that is there from the start, after the trial.
+    let chosen = if coarse > 0 { coarse } else { TRIAL.min(free.max(1)) };
+    let trial = TRIAL.min(chosen);
     for iteration in 0..all {
         progress.check()?;
         if iteration == trial {
             select(&mut runs, MARGIN);
         }
-        if iteration == coarse.max(trial) {
+        if iteration == chosen {
             select(&mut runs, 1.0);
         }
         runs.par_iter_mut().for_each(|run| {
