@@ -119,6 +119,11 @@ pub enum Note {
         /// That of the closest one.
         reached: f64,
     },
+    /// The search for the smallest model ended early; the best so far is kept.
+    SearchStopped {
+        /// Why.
+        reason: String,
+    },
     /// Some of the learned surface is turned against the input.
     Flipped {
         /// How much.
@@ -237,6 +242,9 @@ impl fmt::Display for Note {
                 100.0 * wanted,
                 100.0 * reached
             ),
+            Self::SearchStopped { reason } => {
+                write!(f, "no further sizes were tried ({reason}); the best model so far is kept")
+            }
             Self::Flipped { share } => {
                 write!(f, "{:.1} % of the learned surface is turned against the input", 100.0 * share)
             }

@@ -16,6 +16,8 @@ use crate::root;
 struct Compared {
     /// The name of its table and its plots.
     name: &'static str,
+    /// Whether there are plots of it: errors of lengths as they are have tables alone.
+    is_plotted: bool,
     /// What is plotted.
     axis: &'static str,
     digits: usize,
@@ -26,6 +28,7 @@ struct Compared {
 const COMPARED: [Compared; 5] = [
     Compared {
         name: "distance",
+        is_plotted: true,
         axis: "mean distance, % of the diagonal",
         digits: 5,
         model: |row| Some(row.mean),
@@ -33,6 +36,7 @@ const COMPARED: [Compared; 5] = [
     },
     Compared {
         name: "geodesics",
+        is_plotted: false,
         axis: "error of geodesic distances, %",
         digits: 4,
         model: |row| Some(row.geodesic),
@@ -40,6 +44,7 @@ const COMPARED: [Compared; 5] = [
     },
     Compared {
         name: "geodesics corrected",
+        is_plotted: true,
         axis: "error of geodesic distances, lengths corrected, %",
         digits: 4,
         model: |row| row.geodesic_corrected,
@@ -47,6 +52,7 @@ const COMPARED: [Compared; 5] = [
     },
     Compared {
         name: "eigenvalues",
+        is_plotted: false,
         axis: "error of eigenvalues, %",
         digits: 4,
         model: |row| Some(row.eigenvalues),
@@ -54,6 +60,7 @@ const COMPARED: [Compared; 5] = [
     },
     Compared {
         name: "eigenvalues corrected",
+        is_plotted: true,
         axis: "error of eigenvalues, lengths corrected, %",
         digits: 4,
         model: |row| row.eigenvalues_corrected,
@@ -96,8 +103,7 @@ pub(super) fn write(folder: &Path, models: &[ModelRow], rivals: &[RivalRow]) -> 
         if models.is_empty() || rivals.is_empty() {
             continue;
         }
-        // Errors of lengths as they are have tables alone.
-        for compared in COMPARED.iter().step_by(2) {
+        for compared in COMPARED.iter().filter(|compared| compared.is_plotted) {
             let stem = format!("{}_{}", stem(mesh), compared.name.replace(' ', "_"));
             let file = folder.join(stem).with_extension("svg");
             let svg =

@@ -130,6 +130,9 @@ pub(super) fn measure(
     jobs: &[Job],
     rows: &mut Rows<RivalRow>,
 ) -> Result<(), String> {
+    if jobs.is_empty() {
+        return Ok(());
+    }
     let scratch = Scratch::new()?;
     let mut draco = PythonPeer::start(python, "draco.py", &[scratch.path().display().to_string()])?;
     write_raw(&scratch, "input", &reference.mesh)?;

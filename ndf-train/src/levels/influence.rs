@@ -12,13 +12,16 @@ pub(super) struct Influence {
 
 impl Influence {
     /// The influences of the vertices of all levels but the finest, on the points of the finest level in the limit and
-    /// after these once more on those of `rim`.
-    pub(super) fn of(hierarchy: &Hierarchy, rim: &[u32]) -> Vec<Self> {
+    /// after these once more on those of `boundary`.
+    pub(super) fn of(hierarchy: &Hierarchy, boundary: &[u32]) -> Vec<Self> {
         let finest = hierarchy.level(hierarchy.levels());
         let mut matrix =
             assembled(finest.vertex_count(), finest.vertex_count(), |entry| finest.limit_entries(entry));
-        let mut again = vec![None; if rim.is_empty() { 0 } else { finest.vertex_count() }];
-        rim.iter().zip(finest.vertex_count() as u32..).for_each(|(&v, row)| again[v as usize] = Some(row));
+        let mut again = vec![None; if boundary.is_empty() { 0 } else { finest.vertex_count() }];
+        boundary
+            .iter()
+            .zip(finest.vertex_count() as u32..)
+            .for_each(|(&v, row)| again[v as usize] = Some(row));
         let mut influences = Vec::new();
         for level in (0..hierarchy.levels()).rev() {
             let coarse = hierarchy.level(level);
@@ -51,7 +54,7 @@ impl Influence {
         self.starts.len() - 1
     }
 
-    /// The rows that vertex j moves: points, and after them those of the rim.
+    /// The rows that vertex j moves: points, and after them those of the boundary.
     pub(super) fn of_vertex(&self, j: usize) -> &[(u32, f32)] {
         &self.entries[self.starts[j]..self.starts[j + 1]]
     }

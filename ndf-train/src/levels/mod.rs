@@ -312,7 +312,7 @@ impl<'a> Run<'a> {
     fn objective(&self, lambda: f64, on_grid: bool) -> f64 {
         let [base, levels] = self.sizes;
         let bytes = levels + if on_grid { base } else { 0 };
-        self.descent.rms.powi(2) + self.descent.rim + 8.0 * lambda * bytes as f64
+        self.descent.rms.powi(2) + self.descent.boundary_error + 8.0 * lambda * bytes as f64
     }
 
     /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and

@@ -1,6 +1,7 @@
 //! Learning a surface: everything between an opened surface and a model.
 
-use std::rc::Rc;
+mod levels;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,18 +11,17 @@ use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
 use ndf_model::Model;
 use ndf_model::file::StoredBase;
 use ndf_surfaces::narrow_band::BandError;
-use ndf_train::levels::{Budget, LevelFit, LevelFitError, LevelOptions, fit_levels};
+use ndf_train::levels::{LevelFitError, LevelOptions};
 use ndf_train::objective::Term;
 use ndf_train::{
-    Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, level_provenance,
-    measure_metric, provenance, stored_base, train,
+    Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, provenance, stored_base,
+    train,
 };
 
-use crate::band::{Band, BandFigures};
+use crate::band::BandFigures;
 use crate::base::NoBaseMesh;
 use crate::model::{ModelExt, to_world};
 use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
-use crate::size_search::SizeSearch;
 use crate::{Kind, Level, Note, Opened};
 
 /// Called at the end of every batch.
@@ -81,6 +81,12 @@ pub enum FitError {
     /// The observer asked to stop before training began, so that there is nothing to keep.
     #[error("interrupted before training began")]
     Cancelled,
+}
+
+impl FitError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled | Self::Levels(LevelFitError::Cancelled(_)))
+    }
 }
 
 impl From<NoBaseMesh> for FitError {
@@ -177,8 +183,8 @@ impl<'a> Fit<'a> {
     }
 
     /// Learns levels in as few bytes as this mean distance from the surface allows, a share of its diagonal: a handful of
-    /// sizes are tried, each with the base mesh that suits it unless there is one, and the best is kept, also where the
-    /// observer stops after the first. The budget of [`levels`](Self::levels) does not count.
+    /// sizes are tried, each with the base mesh that suits it unless there is one, and the best is kept. The budget of
+    /// [`levels`](Self::levels) does not count. An observer that stops the search ends the run.
     pub fn error(self, share: f64) -> Self {
         Self { error: Some(share), levels: self.levels.or_else(|| Some(LevelOptions::default())), ..self }
     }
@@ -316,142 +322,10 @@ impl<'a> Fit<'a> {
             notes: notes.all,
         })
     }
-
-    fn run_levels(mut self, options: &LevelOptions) -> Result<Fitted, FitError> {
-        self.refuse_what_is_of_networks()?;
-        let mut notes = Notes { all: Vec::new(), noted: self.noted.take() };
-        let Some(wanted) = self.error else {
-            let ground = self.ground(options)?;
-            notes.add_all(&ground.told);
-            let fit = self.levels_on(&ground, options)?;
-            return Ok(self.finish(&ground, fit, notes, options));
-        };
-        let mut search = SizeSearch::new(wanted);
-        let (mut ground, mut best) = (None, None);
-        while let Some(bytes) = search.next() {
-            let options = LevelOptions { budget: Budget::Bytes(bytes), ..*options };
-            let mut attempt = || {
-                // A base mesh that does not depend on the size is made once.
-                let kept = ground.take().filter(|_| !matches!(self.base, Base::Suited));
-                let ground = kept.map_or_else(|| self.ground(&options).map(Rc::new), Ok)?;
-                let fit = self.levels_on(&ground, &options)?;
-                Ok::<_, FitError>((ground, fit))
-            };
-            match attempt() {
-                Ok((on, fit)) => {
-                    if search.learn(bytes, fit.bytes, fit.mean) {
-                        best = Some((Rc::clone(&on), fit, options));
-                    }
-                    ground = Some(on);
-                }
-                // What was found before is kept.
-                Err(_) if best.is_some() => break,
-                Err(error) => return Err(error),
-            }
-        }
-        let (ground, fit, options) = best.expect("the first attempt is the best of one");
-        notes.add_all(&ground.told);
-        if fit.mean > wanted {
-            notes.add(Note::ErrorMissed { wanted, reached: fit.mean });
-        }
-        Ok(self.finish(&ground, fit, notes, &options))
-    }
-
-    /// Makes a base mesh, where none was brought, and caches the field where that is costly.
-    fn ground(&self, options: &LevelOptions) -> Result<Ground<'_>, FitError> {
-        let made = match &self.base {
-            Base::Suited => Some(faces(options.budget.base_faces().unwrap_or(BASE_FACES))),
-            Base::Made(options) => Some(*options),
-            Base::Brought(_) | Base::Resumed(_) => None,
-        };
-        // Control vertices have a grid of their own.
-        let settings = Settings { precision: None, ..self.settings.clone() };
-        let stored = |mesh: &ManifoldMesh| stored_base(&*self.opened.surface, mesh, &settings);
-        let (stored, base_report, told) = match (made, &self.base) {
-            (Some(options), _) => {
-                let (base, told) = self.opened.base_mesh(&options, self.progress)?;
-                (stored(&base.mesh)?, Some(base.report), told)
-            }
-            (None, Base::Brought(mesh)) => (stored(mesh)?, None, Vec::new()),
-            (None, _) => return Err(FitError::NotOfLevels("checkpoint")),
-        };
-        let base = to_world(&stored.mesh, &stored.similarity);
-        let band = self.opened.band(&base, self.progress)?;
-        Ok(Ground { base, stored, base_report, told, band })
-    }
-
-    /// Refuses what has no meaning for levels, and distances that are no shares.
-    fn refuse_what_is_of_networks(&self) -> Result<(), FitError> {
-        let preset = Settings { seed: self.settings.seed, ..Preset::Default.settings(self.opened.kind) };
-        if self.error.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
-            return Err(FitError::Levels(LevelFitError::Option(
-                "the mean distance must be a share of the diagonal",
-            )));
-        }
-        let of_networks = [
-            ("anchors", !self.anchors.is_empty()),
-            ("terms", !self.terms.is_empty()),
-            ("log", self.log.is_some()),
-            ("checkpoint", matches!(self.base, Base::Resumed(_))),
-            ("time limit", self.settings.time_limit.is_some()),
-            ("settings of a network and its training", self.settings != preset),
-        ];
-        match of_networks.into_iter().find(|(_, given)| *given) {
-            Some((what, _)) => Err(FitError::NotOfLevels(what)),
-            None => Ok(()),
-        }
-    }
-
-    fn levels_on(&self, ground: &Ground<'_>, options: &LevelOptions) -> Result<LevelFit, FitError> {
-        let truth = &*self.opened.surface;
-        let surface: &dyn Surface = ground.band.as_ref().map_or(truth, |band| &band.surface);
-        let StoredBase { mesh, similarity, .. } = &ground.stored;
-        Ok(fit_levels(surface, truth, *similarity, mesh, options, self.progress)?)
-    }
-
-    fn finish(
-        &self,
-        ground: &Ground<'_>,
-        fit: LevelFit,
-        mut notes: Notes<'_>,
-        options: &LevelOptions,
-    ) -> Fitted {
-        let LevelFit { field, report, .. } = fit;
-        notes.add_result(&report);
-        let provenance = level_provenance(PROGRAM, file_name(self.opened).as_deref(), options, &report);
-        let similarity = ground.stored.similarity;
-        let measured = field.level_surface().and_then(|finest| {
-            measure_metric(&*self.opened.surface, &similarity, finest.points(), finest.faces())
-        });
-        let (metric, metric_report) = measured.unzip();
-        Fitted {
-            model: Model { field, similarity, metric, scalars: Vec::new(), provenance },
-            report,
-            kind: self.opened.kind,
-            level: self.opened.level,
-            base: ground.base.clone(),
-            base_report: ground.base_report.clone(),
-            band: ground.band.as_ref().map(|band| band.figures),
-            metric_report,
-            checkpoint: None,
-            notes: notes.all,
-        }
-    }
 }
 
 /// What provenance calls this program.
 const PROGRAM: &str = concat!("ndf ", env!("CARGO_PKG_VERSION"));
-
-/// What levels are learned on.
-struct Ground<'a> {
-    /// The base mesh in the surface's units, and in the box.
-    base: ManifoldMesh,
-    stored: StoredBase,
-    base_report: Option<BaseMeshReport>,
-    /// What is to be said of it.
-    told: Vec<Note>,
-    band: Option<Band<'a>>,
-}
 
 fn faces(faces: usize) -> BaseMeshOptions {
     BaseMeshOptions { faces, ..BaseMeshOptions::default() }

@@ -6,7 +6,9 @@
 //! distances from the surface alone would let boundaries shrink. Lengths here are in ten-thousandths of the surface's
 //! diagonal.
 
-use ndf_core::glam::{DMat3, Mat3, Vec3};
+mod control;
+
+use ndf_core::glam::Vec3;
 use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::subdivision::Creases;
@@ -15,6 +17,7 @@ use ndf_model::levels::{Hierarchy, Level, Levels, Predictor};
 
 use super::influence::Influence;
 use super::rate::Rate;
+use control::Gridded;
 
 /// Distances beyond this multiple of their root mean square weigh less (Huber 1964).
 const HUBER: f64 = 4.0;
@@ -28,16 +31,11 @@ const MIN_PROXIMITY: f64 = 0.05;
 const MAX_PROXIMITY: f64 = 1e3;
 /// The least area of a point, as a multiple of the mean, where moves are to be small.
 const MIN_SHARE: f64 = 0.01;
-/// As much more for control vertices, which could also slide along the surface.
-const RIDGE: f64 = 2.0;
 /// By what the objective may grow in an iteration: the steps of levels change, too.
 const MAX_GROWTH: f64 = 1.02;
 const MAX_GROWTH_ON_GRID: f64 = 1.002;
-/// The farthest that a displacement and a control vertex move in a sweep, unless the surface is farther away.
+/// The farthest that a displacement moves in a sweep, unless the surface is farther away.
 const MAX_MOVE: f64 = 15.0;
-const MAX_CONTROL_MOVE: f64 = 8.0;
-/// What a bit of control positions counts, as the estimate of their rate is low.
-const CONTROL_RATE: f64 = 1.3;
 
 /// How far outwards the end of the surface is looked for, as a multiple of the mean edge of the base mesh.
 const REACH: f64 = 0.5;
@@ -60,14 +58,6 @@ pub(super) struct State {
     control: Vec<DVec3>,
     gridded: Option<Vec<[i32; 3]>>,
     levels: Vec<(f64, Vec<i32>, Vec<f64>)>,
-}
-
-/// Control vertices on a grid.
-struct Gridded {
-    integers: Vec<[i32; 3]>,
-    /// The prediction of every vertex, and the vertices that each helps to predict, with their weights.
-    rows: Vec<Vec<(u32, f64)>>,
-    dependents: Vec<Vec<(u32, f64)>>,
 }
 
 /// A point of the finest level.
@@ -102,16 +92,16 @@ pub(super) struct Descent<'a> {
     rate: Rate,
     points: Vec<DVec3>,
     /// The points that are on a boundary.
-    rim_points: Vec<u32>,
-    /// Of all points, and after them of those of the rim.
+    boundary_points: Vec<u32>,
+    /// Of all points, and after them of those of the boundary.
     rows: Vec<Row>,
     hints: Vec<Hint>,
     /// Mean and root mean square of the distances, area-weighted, and the share of the area that has no foot.
     pub(super) mean: f64,
     pub(super) rms: f64,
     pub(super) missed: f64,
-    /// The weighted squares of what is missing along the rim.
-    pub(super) rim: f64,
+    /// The weighted squares of what is missing along the boundary.
+    pub(super) boundary_error: f64,
 }
 
 impl<'a> Descent<'a> {
@@ -126,10 +116,10 @@ impl<'a> Descent<'a> {
         let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
         let hierarchy = Hierarchy::new(base, creases, levels + 1);
         let boundary = hierarchy.level(levels + 1).edges().iter().filter(|side| side.is_boundary());
-        let mut rim_points: Vec<u32> = boundary.flat_map(|side| side.ends).collect();
-        rim_points.sort_unstable();
-        rim_points.dedup();
-        let mut influences = Influence::of(&hierarchy, &rim_points).into_iter();
+        let mut boundary_points: Vec<u32> = boundary.flat_map(|side| side.ends).collect();
+        boundary_points.sort_unstable();
+        boundary_points.dedup();
+        let mut influences = Influence::of(&hierarchy, &boundary_points).into_iter();
         let control_influence = influences.next().expect("level 0 is always there");
         let base_positions: Vec<DVec3> = base.positions().iter().map(|&p| p / unit).collect();
         let levels = influences.map(|influence| DescentLevel {
@@ -151,7 +141,7 @@ impl<'a> Descent<'a> {
                 *c += 0.9 * (*p - l);
             }
         }
-        let count = hierarchy.level(hierarchy.levels()).vertex_count() + rim_points.len();
+        let count = hierarchy.level(hierarchy.levels()).vertex_count() + boundary_points.len();
         let row = Row { direction: Vec3::Z, distance: 0.0, area: 0.0, weight: 0.0 };
         let mut descent = Self {
             surface,
@@ -169,13 +159,13 @@ impl<'a> Descent<'a> {
             hierarchy,
             levels,
             points: Vec::new(),
-            rim_points,
+            boundary_points,
             rows: vec![row; count],
             hints: vec![Hint::NONE; count],
             mean: 0.0,
             rms: 0.0,
             missed: 0.0,
-            rim: 0.0,
+            boundary_error: 0.0,
         };
         descent.project();
         descent
@@ -207,10 +197,10 @@ impl<'a> Descent<'a> {
         };
         let outwards = self.outwards();
         let reach = REACH * self.mean_edge;
-        let on_rim = self.rim_points.iter().zip(&outwards);
-        let beyond: Vec<DVec3> = on_rim.map(|(&v, t)| self.points[v as usize] + reach * *t).collect();
-        let rim_normals = self.rim_points.iter().map(|&v| &normals[v as usize]);
-        let places = self.points.iter().chain(&beyond).zip(normals.iter().chain(rim_normals));
+        let on_boundary = self.boundary_points.iter().zip(&outwards);
+        let beyond: Vec<DVec3> = on_boundary.map(|(&v, t)| self.points[v as usize] + reach * *t).collect();
+        let boundary_normals = self.boundary_points.iter().map(|&v| &normals[v as usize]);
+        let places = self.points.iter().chain(&beyond).zip(normals.iter().chain(boundary_normals));
         let queries: Vec<Query> = places.zip(&self.hints).map(query).collect();
         let mut feet: Vec<Answer> = vec![Err(Miss::OutOfReach); queries.len()];
         project_all(self.surface, &queries, &mut feet);
@@ -223,7 +213,7 @@ impl<'a> Descent<'a> {
         let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let least = MIN_SHARE / self.points.len() as f64;
         let [mut mean, mut square, mut missed] = [0.0; 3];
-        let (rows, rim_rows) = self.rows.split_at_mut(self.points.len());
+        let (rows, boundary_rows) = self.rows.split_at_mut(self.points.len());
         for (i, (row, foot)) in rows.iter_mut().zip(&feet).enumerate() {
             let area = areas[i] / total;
             // Vertices of faces without area are not free to go anywhere.
@@ -246,10 +236,12 @@ impl<'a> Descent<'a> {
         }
         let found = (1.0 - missed).max(1e-9);
         (self.mean, self.rms, self.missed) = (mean / found, (square / found).sqrt(), missed);
-        self.rim = 0.0;
-        let rim = self.rim_points.iter().zip(&outwards).zip(feet[self.points.len()..].iter().zip(&beyond));
-        let rim_hints = &mut self.hints[self.points.len()..];
-        for ((row, hint), ((&v, &direction), (foot, &beyond))) in rim_rows.iter_mut().zip(rim_hints).zip(rim)
+        self.boundary_error = 0.0;
+        let boundary =
+            self.boundary_points.iter().zip(&outwards).zip(feet[self.points.len()..].iter().zip(&beyond));
+        let boundary_hints = &mut self.hints[self.points.len()..];
+        for ((row, hint), ((&v, &direction), (foot, &beyond))) in
+            boundary_rows.iter_mut().zip(boundary_hints).zip(boundary)
         {
             let area = (areas[v as usize] / total) as f32;
             *row = Row { direction: direction.as_vec3(), distance: 0.0, area: 0.0, weight: 0.0 };
@@ -260,7 +252,7 @@ impl<'a> Descent<'a> {
             if end.distance(beyond) > GOES_ON * reach {
                 let missing = (self.points[v as usize] - end).dot(direction) as f32;
                 (row.distance, row.weight) = (missing, area);
-                self.rim += f64::from(area * missing * missing);
+                self.boundary_error += f64::from(area * missing * missing);
             }
         }
         let most = (HUBER * self.rms) as f32;
@@ -269,16 +261,16 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Of every point of the rim the direction along the surface that leads away from it.
+    /// Of every point of the boundary the direction along the surface that leads away from it.
     fn outwards(&self) -> Vec<DVec3> {
         let finest = self.hierarchy.level(self.hierarchy.levels());
-        let mut outwards = vec![DVec3::ZERO; self.rim_points.len()];
+        let mut outwards = vec![DVec3::ZERO; self.boundary_points.len()];
         for side in finest.edges().iter().filter(|side| side.is_boundary()) {
             let [a, b, c] = [side.ends[0], side.ends[1], side.across[0]].map(|v| self.points[v as usize]);
             let along = b - a;
             let outward = along.cross(along.cross(c - a)).normalize_or_zero();
             for end in side.ends {
-                if let Ok(k) = self.rim_points.binary_search(&end) {
+                if let Ok(k) = self.boundary_points.binary_search(&end) {
                     outwards[k] += outward;
                 }
             }
@@ -398,110 +390,6 @@ impl<'a> Descent<'a> {
                     for &(i, t) in entries {
                         let row = &mut self.rows[i as usize];
                         row.distance += t * moved.dot(row.direction);
-                    }
-                }
-            }
-        }
-    }
-
-    /// One sweep of the control vertices: anywhere before they are on a grid, to neighbours on it afterwards.
-    pub(super) fn sweep_control(&mut self, lambda: f64) {
-        match self.gridded.take() {
-            None => self.sweep_free(),
-            Some(mut gridded) => {
-                self.sweep_gridded(&mut gridded, lambda);
-                self.gridded = Some(gridded);
-            }
-        }
-    }
-
-    fn sweep_free(&mut self) {
-        for j in 0..self.control.len() {
-            let entries = self.control_influence.of_vertex(j);
-            let (mut matrix, mut slope, mut near) = (Mat3::ZERO, Vec3::ZERO, 0.0_f32);
-            for &(i, t) in entries {
-                let row = &self.rows[i as usize];
-                let n = row.direction;
-                slope += row.weight * row.distance * t * n;
-                let scaled = row.weight * t * t * n;
-                matrix += Mat3::from_cols(scaled * n.x, scaled * n.y, scaled * n.z);
-                near += row.area * t * t;
-            }
-            let (mut matrix, slope) = (matrix.as_dmat3(), slope.as_dvec3());
-            matrix += DMat3::from_diagonal(DVec3::splat(RIDGE * self.proximity * f64::from(near)));
-            let step = -(matrix.inverse() * slope);
-            if !step.is_finite() {
-                continue;
-            }
-            let step = step.clamp_length_max(MAX_CONTROL_MOVE.max(self.rms));
-            self.control[j] += step;
-            let step = step.as_vec3();
-            for &(i, t) in entries {
-                let row = &mut self.rows[i as usize];
-                row.distance += t * step.dot(row.direction);
-            }
-        }
-    }
-
-    /// Puts the control vertices on a grid.
-    pub(super) fn snap_to_grid(&mut self, spacing: f64) {
-        // What the file will say.
-        self.spacing = f64::from((spacing * self.unit) as f32) / self.unit;
-        let integers = self.on_grid(self.spacing);
-        let weights = self.predictor.fitted_weights(&integers);
-        let rows: Vec<_> = (0..integers.len()).map(|v| self.predictor.row(v, &weights)).collect();
-        let mut dependents = vec![Vec::new(); integers.len()];
-        for (v, row) in (0..).zip(&rows) {
-            row.iter().for_each(|&(u, w)| dependents[u as usize].push((v, w)));
-        }
-        self.control = integers.iter().map(|q| DVec3::from(q.map(f64::from)) * self.spacing).collect();
-        self.gridded = Some(Gridded { integers, rows, dependents });
-    }
-
-    fn sweep_gridded(&mut self, gridded: &mut Gridded, lambda: f64) {
-        let Gridded { integers, rows: predictions, dependents } = gridded;
-        let spacing = self.spacing;
-        let residual = |integers: &[[i32; 3]], v: usize, c: usize| {
-            let predicted: f64 =
-                predictions[v].iter().map(|&(u, w)| w * f64::from(integers[u as usize][c])).sum();
-            f64::from(integers[v][c]) - predicted
-        };
-        let price = |r: f64| (1.0 + r.abs()).log2();
-        for j in 0..integers.len() {
-            let entries = self.control_influence.of_vertex(j);
-            for c in 0..3 {
-                let [mut slope, mut curvature, mut near] = [0.0_f32; 3];
-                for &(i, t) in entries {
-                    let row = &self.rows[i as usize];
-                    let moved = t * row.direction[c];
-                    slope += row.weight * row.distance * moved;
-                    curvature += row.weight * moved * moved;
-                    near += row.area * t * t;
-                }
-                let slope = f64::from(slope);
-                let curvature = f64::from(curvature) + (self.proximity - MIN_PROXIMITY) * f64::from(near);
-                let own = residual(integers, j, c);
-                let mut chosen = (0.0, 0);
-                for q in [-1, 1] {
-                    let x = f64::from(q) * spacing;
-                    let distortion = 2.0 * slope * x + curvature * x * x;
-                    let mut bits = price(own + f64::from(q)) - price(own);
-                    for &(v, w) in &dependents[j] {
-                        let before = residual(integers, v as usize, c);
-                        bits += price(before - w * f64::from(q)) - price(before);
-                    }
-                    let cost = distortion + CONTROL_RATE * lambda * bits;
-                    if cost < chosen.0 {
-                        chosen = (cost, q);
-                    }
-                }
-                if chosen.1 != 0 {
-                    integers[j][c] += chosen.1;
-                    let x = f64::from(chosen.1) * spacing;
-                    self.control[j][c] += x;
-                    for &(i, t) in entries {
-                        let row = &mut self.rows[i as usize];
-                        row.distance += t * row.direction[c] * x as f32;
                     }
                 }
             }
