@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndf::{EdgeLength, Fit, ModelExt, Opened};
+use ndf::{EdgeLength, Field, Fit, ModelExt, Opened};
 use ndf_cli::arguments::Reading;
 use ndf_cli::report::{Figure, Shot};
 use ndf_core::NoProgress;
@@ -68,7 +68,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
     let reading = options.reading.options().map_err(|e| say(&e))?;
     let opened = ndf::open(file, &reading).map_err(|e| say(&e))?;
-    let fitted = Fit::new(&opened).base_faces(options.base_faces).run().map_err(|e| say(&e))?;
+    let fitted =
+        Fit::new(&opened).field(Field::Network).base_faces(options.base_faces).run().map_err(|e| say(&e))?;
     let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
     check_analysis(&surface).map_err(|e| say(&e))?;
     let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use ndf::analysis::mode_scalars;
-use ndf::{EdgeLength, Fit, ModelExt, OpenOptions};
+use ndf::{EdgeLength, Field, Fit, ModelExt, OpenOptions};
 use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
@@ -174,7 +174,7 @@ fn eigenfunctions(path: &Path, name: &str) -> Result<(Model, TriangleMesh, Vec<V
         Ok(model) => model,
         Err(_) => {
             let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| say(&e))?;
-            let model = Fit::new(&opened).run().map_err(|e| say(&e))?.model;
+            let model = Fit::new(&opened).field(Field::Network).run().map_err(|e| say(&e))?.model;
             fs::create_dir_all(&folder).map_err(|e| say(&e))?;
             fs::write(&kept, model.to_bytes()).map_err(|e| say(&e))?;
             model

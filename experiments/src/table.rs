@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use ndf::{BaseSource, EdgeLength, Fit, ModelExt, OpenOptions};
+use ndf::{BaseSource, EdgeLength, Field, Fit, ModelExt, OpenOptions};
 use ndf_mesh::metrics::{MeasureOptions, measure};
 
 use crate::document::replace_table;
@@ -36,7 +36,7 @@ pub(crate) fn run(data: &Path) -> Result<(), String> {
 fn row(name: &str, path: &Path) -> Result<String, String> {
     let say = |e: &dyn std::fmt::Display| format!("{name}: {e}");
     let opened = ndf::open(path, &OpenOptions::default()).map_err(|e| say(&e))?;
-    let fitted = Fit::new(&opened).base_faces(BASE_FACES).run().map_err(|e| say(&e))?;
+    let fitted = Fit::new(&opened).field(Field::Network).base_faces(BASE_FACES).run().map_err(|e| say(&e))?;
     let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
     let BaseSource::Manifold(reference) = &opened.base else {
         return Err(say(&"it is no clean manifold"));

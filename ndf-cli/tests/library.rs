@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use ndf::{
-    DistanceMethod, DistanceOptions, EdgeLength, Fit, FitError, LengthFactors, NoProgress, OpenOptions,
-    Place, Preset, Triangulated, Vertex,
+    DistanceMethod, DistanceOptions, EdgeLength, Field, Fit, FitError, LengthFactors, NoProgress, Note,
+    OpenOptions, Place, Preset, Triangulated, Vertex,
 };
 use ndf_spectral::ModeOptions;
 use ndf_train::levels::LevelOptions;
@@ -74,14 +74,28 @@ fn splats_give_the_same_model() {
     program_and_library_agree("splats", "a.ply");
 }
 
+/// Levels are the default, of the same bytes as the program's; what only networks have makes a network, or is refused.
 #[test]
-fn settings_of_networks_are_refused_with_levels() {
+fn what_is_asked_for_decides_what_is_learned() {
     let folder = Folder::new("levels");
     folder.run(&["sample", "mesh", "-o", "a.ply", "--shape", "torus"]);
     let opened = ndf::open(folder.0.join("a.ply"), &OpenOptions::default()).unwrap();
-    let fit = || Fit::new(&opened).levels(LevelOptions::default()).seed(7);
-    for refused in [fit().epochs(30), fit().preset(Preset::Paper)] {
-        assert!(matches!(refused.run(), Err(FitError::NotOfLevels(what)) if what.starts_with("settings")));
+    let fit = || Fit::new(&opened).base_faces(300).seed(7);
+    let fitted = fit().run().unwrap();
+    assert!(fitted.model.field.levels().is_some() && fitted.notes.is_empty());
+    folder.run(&["fit", "a.ply", "-o", "a.ndf", "--base-faces", "300", "--seed", "7", "--quiet"]);
+    assert!(std::fs::read(folder.0.join("a.ndf")).unwrap() == fitted.model.to_bytes());
+
+    let quick = || fit().epochs(3).samples(64);
+    for (network, what) in [(quick(), "epochs"), (fit().features(8).epochs(3).samples(64), "features")] {
+        let fitted = network.run().unwrap();
+        assert!(fitted.model.field.network().is_some());
+        assert_eq!(fitted.notes, [Note::NetworkNeeded { what }]);
+    }
+    assert_eq!(quick().field(Field::Network).run().unwrap().notes, []);
+    for refused in [fit().epochs(30), fit().preset(Preset::Paper), fit().with(|_| ())] {
+        let refused = refused.field(Field::Levels).run();
+        assert!(matches!(refused, Err(FitError::NotOfLevels(_))));
     }
 }
 

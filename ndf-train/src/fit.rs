@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::error::TrainError;
 use crate::settings::Settings;
-use crate::state::{Checkpoint, State};
+use crate::state::{NetworkCheckpoint, State};
 use crate::trainer::{EpochLosses, Trainer};
 
 /// Samples on which the result is measured.
@@ -106,7 +106,7 @@ pub fn train(
     trainer: &mut Trainer<'_>,
     mut log: Option<Log<'_>>,
     progress: &dyn Progress,
-) -> Result<(Fit, Checkpoint), TrainError> {
+) -> Result<(Fit, NetworkCheckpoint), TrainError> {
     let mut last = None;
     let mut kept = [trainer.state.clone(), trainer.state.clone()];
     let mut batches = 0;
@@ -123,6 +123,10 @@ pub fn train(
                     seconds: trainer.clock.elapsed().as_secs_f64(),
                     seconds_projecting: trainer.clock.projecting.as_secs_f64(),
                 });
+            }
+            if let Some(mut keeper) = trainer.keeper.take() {
+                keeper.offer(|| trainer.checkpoint())?;
+                trainer.keeper = Some(keeper);
             }
             let out_of_time = trainer.plan.settings.time_limit.is_some_and(|t| trainer.clock.elapsed() >= t);
             if out_of_time || progress.cancelled() {
@@ -179,10 +183,12 @@ fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
 
 /// How far a field is from a surface.
 pub(crate) struct Measured {
-    rms: f64,
-    max: f64,
-    flipped: f64,
-    missed: f64,
+    /// Root mean square and largest distance, in the box.
+    pub(crate) rms: f64,
+    pub(crate) max: f64,
+    /// Shares.
+    pub(crate) flipped: f64,
+    pub(crate) missed: f64,
 }
 
 impl Measured {

@@ -21,6 +21,7 @@
 
 mod base;
 mod batch;
+mod checkpoint;
 mod clock;
 #[cfg(any(test, feature = "conformance"))]
 pub mod conformance;
@@ -42,12 +43,13 @@ pub mod tape;
 mod trainer;
 
 pub use base::stored_base;
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use error::TrainError;
 pub use fit::{Fit, FitReport, Log, LogRecord, fit, train};
 pub use metric::{MetricReport, measure_metric};
 pub use provenance::{level_provenance, provenance};
 pub use settings::{ReverseMap, Schedule, Settings, SettingsError};
-pub use state::{Checkpoint, CheckpointError};
+pub use state::NetworkCheckpoint;
 pub use trainer::{EpochLosses, Trainer};
 
 /// Of which [`objective::Term::state`] gives a value.

@@ -52,7 +52,13 @@ pub fn level_provenance(
         cycle_loss: None,
         flipped_fraction: short(report.flipped_fraction),
     };
-    text(&Provenance { program, input, settings: None, levels: Some(*settings), metrics })
+    text(&Provenance {
+        program,
+        input,
+        settings: None,
+        levels: Some(LevelOptions { time_limit: None, ..*settings }),
+        metrics,
+    })
 }
 
 fn text(provenance: &Provenance<'_>) -> String {

@@ -1,23 +1,21 @@
-//! What a training run has learned so far, and its checkpoint file.
+//! What the training of a network has learned so far, and its part of checkpoint files.
 
-use std::path::Path;
 use std::time::Duration;
 
 use ndf_core::Hint;
-use ndf_mesh::io::{FileDefect, atomic_write};
+use ndf_mesh::io::FileDefect;
 use ndf_model::Model;
-use ndf_model::file::{BaseOrder, Grids, ModelError};
+use ndf_model::file::{BaseOrder, Grids};
 use ndf_network::Mlp;
 use serde::{Deserialize, Serialize};
 
+use crate::checkpoint::{CheckpointError, Parts, time_of};
 use crate::engine::Learned;
 use crate::engine::optimiser::Moments;
 use crate::error::TrainError;
 use crate::objective::Cycle;
 use crate::plan::TermRecord;
-use crate::settings::{Settings, SettingsError};
-
-const MAGIC: &[u8; 8] = b"ndfchk1\n";
+use crate::settings::Settings;
 
 /// Everything that changes from epoch to epoch.
 #[derive(Clone, Debug)]
@@ -74,9 +72,9 @@ impl State {
     }
 }
 
-/// A training run at the end of a batch: enough to go on exactly as if it had not been interrupted.
+/// The training of a network at the end of a batch: enough to go on exactly as if it had not been interrupted.
 #[derive(Clone, Debug)]
-pub struct Checkpoint {
+pub struct NetworkCheckpoint {
     pub(crate) settings: Settings,
     pub(crate) state: State,
     pub(crate) hints: Vec<Hint>,
@@ -90,29 +88,9 @@ pub struct Checkpoint {
     pub(crate) time: Duration,
 }
 
-/// Why a file is no checkpoint.
-#[derive(Debug, thiserror::Error)]
-pub enum CheckpointError {
-    /// The file cannot be read or written.
-    #[error(transparent)]
-    Io(#[from] std::io::Error),
-    /// Not a checkpoint.
-    #[error("not a usable checkpoint: the magic number is wrong")]
-    Magic,
-    /// The file is damaged, or of another version.
-    #[error("not a usable checkpoint: {0}")]
-    Content(#[from] FileDefect),
-    /// Its model is damaged.
-    #[error("not a usable checkpoint: {0}")]
-    Model(#[from] ModelError),
-    /// Its settings are out of range.
-    #[error("not a usable checkpoint: {0}")]
-    Settings(#[from] SettingsError),
-}
-
 /// The part of a checkpoint that is words and counts.
 #[derive(Serialize, Deserialize)]
-struct Header {
+pub(crate) struct Header {
     settings: Settings,
     epoch: usize,
     rate_factor: f32,
@@ -128,7 +106,7 @@ struct Header {
     model_bytes: usize,
 }
 
-impl Checkpoint {
+impl NetworkCheckpoint {
     /// The settings of the run.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -151,27 +129,9 @@ impl Checkpoint {
         self
     }
 
-    /// Writes the checkpoint beside the path and renames it, so that an older one is replaced whole or not at all.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
-        let bytes = self.to_bytes();
-        Ok(atomic_write(path, |out| out.write_all(&bytes))?)
-    }
-
-    /// Reads a checkpoint.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or is not a whole checkpoint.
-    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        Self::from_bytes(&std::fs::read(path)?)
-    }
-
-    /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, model file, hints and the order of base
-    /// faces and vertices as u32, then for features, θ and the networks of terms the values, first and second moments
-    /// as f32; all little-endian.
-    fn to_bytes(&self) -> Vec<u8> {
+    /// Header and numbers: the model file, hints and the order of base faces and vertices as u32, then for features, θ and
+    /// the networks of terms the values, first and second moments as f32.
+    pub(crate) fn to_parts(&self) -> (Header, Vec<u8>) {
         let model = self.model.to_bytes();
         let State { learned, companions, epoch, rate_factor } = &self.state;
         let Learned { features, mlp, moments, grids } = learned;
@@ -188,58 +148,29 @@ impl Checkpoint {
             terms: self.terms.clone(),
             model_bytes: model.len(),
         };
-        let header = serde_json::to_vec(&header).expect("settings are finite numbers and have string keys");
-        let mut rest = (header.len() as u64).to_le_bytes().to_vec();
-        rest.extend(header);
-        rest.extend(model);
+        let mut numbers = model;
         let words =
             self.hints.iter().map(|hint| &hint.0).chain(&self.order.faces).chain(&self.order.vertices);
-        rest.extend(words.flat_map(|word| word.to_le_bytes()));
+        numbers.extend(words.flat_map(|word| word.to_le_bytes()));
         let own = own.into_iter().zip(moments);
         let groups = own.chain(companions.iter().map(|c| (c.parameters.as_slice(), &c.moments)));
         for (values, moments) in groups {
             let [first, second] = moments.parts();
-            rest.extend([values, first, second].into_iter().flatten().flat_map(|x| x.to_le_bytes()));
+            numbers.extend([values, first, second].into_iter().flatten().flat_map(|x| x.to_le_bytes()));
         }
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(crc32fast::hash(&rest).to_le_bytes());
-        bytes.extend(rest);
-        bytes
+        (header, numbers)
     }
 
-    fn from_bytes(bytes: &[u8]) -> Result<Self, CheckpointError> {
-        let truncated = || FileDefect::truncated("it is truncated");
-        let rest = bytes.strip_prefix(MAGIC).ok_or(CheckpointError::Magic)?;
-        let (sum, rest) = rest.split_first_chunk::<4>().ok_or_else(truncated)?;
-        if crc32fast::hash(rest) != u32::from_le_bytes(*sum) {
-            return Err(FileDefect::Checksum("its checksum").into());
-        }
-        // The checksum holds: what follows was written by this program, of this or another version.
-        let mut rest = rest;
-        let mut take = |n: usize| {
-            let (head, tail) = rest.split_at_checked(n).ok_or_else(truncated)?;
-            rest = tail;
-            Ok::<&[u8], CheckpointError>(head)
-        };
-        let length = u64::from_le_bytes(*take(8)?.first_chunk().expect("eight bytes were taken"));
-        let header: Header = serde_json::from_slice(take(usize::try_from(length).unwrap_or(usize::MAX))?)
-            .map_err(|e| FileDefect::unsupported(format!("its header is of another version ({e})")))?;
+    pub(crate) fn from_parts(header: Header, mut parts: Parts<'_>) -> Result<Self, CheckpointError> {
         let settings = header.settings;
         settings.validate()?;
-        let model = Model::from_bytes(take(header.model_bytes)?)?;
-        let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
-        let mut integers = |count: usize| -> Result<Vec<u32>, CheckpointError> {
-            Ok(words(take(count.saturating_mul(4))?).into_iter().map(u32::from_le_bytes).collect())
-        };
-        let hints: Vec<Hint> = integers(header.hints)?.into_iter().map(Hint).collect();
+        let model = Model::from_bytes(parts.take(header.model_bytes)?)?;
+        let hints: Vec<Hint> = parts.integers(header.hints)?.map(Hint).collect();
         let base = model.field.base();
-        let order =
-            BaseOrder { faces: integers(base.face_count())?, vertices: integers(base.vertex_count())? };
-        let mut floats = |count: usize| -> Result<Vec<f32>, CheckpointError> {
-            Ok(words(take(count.saturating_mul(4))?).into_iter().map(f32::from_le_bytes).collect())
-        };
+        let faces = parts.integers(base.face_count())?.collect();
+        let order = BaseOrder { faces, vertices: parts.integers(base.vertex_count())?.collect() };
         let mut group = |count: usize| -> Result<(Vec<f32>, Moments), CheckpointError> {
-            Ok((floats(count)?, Moments::of_parts(floats(count)?, floats(count)?)))
+            Ok((parts.singles(count)?, Moments::of_parts(parts.singles(count)?, parts.singles(count)?)))
         };
         let (features, of_features) = group(header.counts[0])?;
         let (theta, of_theta) = group(header.counts[1])?;
@@ -248,9 +179,7 @@ impl Checkpoint {
             let (parameters, moments) = group(count)?;
             companions.push(Companion { name, parameters, moments });
         }
-        if !rest.is_empty() {
-            return Err(FileDefect::TrailingBytes("its end").into());
-        }
+        parts.end()?;
         let mlp = Mlp::new(settings.field.mlp(), theta);
         let mlp = mlp.map_err(|_| FileDefect::mismatch("its network has another shape"))?;
         let reverse = companions.iter().find(|c| c.name == Cycle::NAME).map(|c| c.parameters.len());
@@ -259,9 +188,6 @@ impl Checkpoint {
         if reverse != expected && !not_begun {
             return Err(FileDefect::mismatch("its reverse map has another shape").into());
         }
-        let time = Duration::try_from_secs_f64(header.seconds).map_err(|e| {
-            FileDefect::value(format!("it says that training took {} s ({e})", header.seconds))
-        })?;
         if Some(features.len()) != model.field.network().map(|network| network.features().len()) {
             return Err(FileDefect::mismatch("its features do not fit its base mesh").into());
         }
@@ -270,6 +196,7 @@ impl Checkpoint {
         }
         let learned = Learned { features, mlp, moments: [of_features, of_theta], grids: header.grids };
         let state = State { learned, companions, epoch: header.epoch, rate_factor: header.rate_factor };
+        let time = time_of(header.seconds)?;
         Ok(Self { settings, state, hints, model, order, terms: header.terms, time })
     }
 }

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::base::stored_base;
 use crate::batch::Batch;
+use crate::checkpoint::Keeper;
 use crate::clock::Clock;
 use crate::engine::optimiser::AdamStep;
 use crate::engine::{CHUNKS, Engine, Learned};
@@ -19,7 +20,7 @@ use crate::error::TrainError;
 use crate::objective::{Anchors, Cycle, Epoch, Images, Projecting, Term};
 use crate::plan::{Plan, TermRecord, compare};
 use crate::settings::Settings;
-use crate::state::{Checkpoint, Companion, State};
+use crate::state::{Companion, NetworkCheckpoint, State};
 use crate::step::{Active, Chunk, Shared, Step};
 
 /// Stream of random numbers of a stage that has one batch; the batches of others count up from 0.
@@ -53,6 +54,7 @@ pub struct Trainer<'a> {
     stage: ActiveStage,
     /// The terms of the checkpoint from which the run is resumed, until they are compared.
     resumed: Option<Vec<TermRecord>>,
+    pub(crate) keeper: Option<Keeper<'a, NetworkCheckpoint>>,
 }
 
 /// The terms of a stage at work, and the memory for them.
@@ -104,8 +106,8 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If the base mesh has no area.
-    pub fn resumed(surface: &'a dyn Surface, checkpoint: Checkpoint) -> Result<Self, TrainError> {
-        let Checkpoint { settings, state, hints, model, order, terms, time } = checkpoint;
+    pub fn resumed(surface: &'a dyn Surface, checkpoint: NetworkCheckpoint) -> Result<Self, TrainError> {
+        let NetworkCheckpoint { settings, state, hints, model, order, terms, time } = checkpoint;
         let plan = Plan::new(surface, model.field, model.similarity, order, &settings)?;
         let mut trainer = Self::with_state(plan, state, time);
         trainer.batch.hints = hints;
@@ -117,7 +119,7 @@ impl<'a> Trainer<'a> {
         let engine = Engine::new(plan.start.base(), &plan.settings.field.network, &state.learned.mlp);
         let batch = Batch::new(plan.settings.samples);
         let (clock, stage) = (Clock::resumed_after(before), ActiveStage::default());
-        Self { plan, state, clock, engine, batch, stage, resumed: None }
+        Self { plan, state, clock, engine, batch, stage, resumed: None, keeper: None }
     }
 
     /// Adds a term of one's own to the objective. The identity stage, where there is one, goes without it.
@@ -144,6 +146,12 @@ impl<'a> Trainer<'a> {
     pub fn finished_on(mut self, truth: &'a dyn Surface, epochs: usize) -> Self {
         self.plan.finish_on(truth, epochs);
         self
+    }
+
+    /// Passes a checkpoint to `keep` at the first batch that starts so long after the last one.
+    #[must_use]
+    pub fn keeping(self, every: Duration, keep: impl FnMut(NetworkCheckpoint) + 'a) -> Self {
+        Self { keeper: Some(Keeper::new(every, keep)), ..self }
     }
 
     /// Epochs made, those of the identity stage included.
@@ -366,9 +374,9 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If a parameter is not finite.
-    pub fn checkpoint(&self) -> Result<Checkpoint, NetworkError> {
+    pub fn checkpoint(&self) -> Result<NetworkCheckpoint, NetworkError> {
         let (field, similarity) = (self.field()?, self.plan.similarity);
-        Ok(Checkpoint {
+        Ok(NetworkCheckpoint {
             settings: self.plan.settings.clone(),
             state: self.state.clone(),
             hints: self.batch.hints.clone(),

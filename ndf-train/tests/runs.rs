@@ -11,7 +11,9 @@ use ndf_core::{DVec3, Hint};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::FieldShape;
-use ndf_train::{Checkpoint, CheckpointError, Fit, ReverseMap, Schedule, Settings, Trainer, train};
+use ndf_train::{
+    Checkpoint, CheckpointError, Fit, NetworkCheckpoint, ReverseMap, Schedule, Settings, Trainer, train,
+};
 
 fn base() -> ManifoldMesh {
     ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold")
@@ -31,8 +33,15 @@ impl Progress for CancelAfter {
     }
 }
 
-fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, Checkpoint) {
+fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, NetworkCheckpoint) {
     train(trainer, None, progress).expect("the sphere can be learned")
+}
+
+fn network(checkpoint: Checkpoint) -> NetworkCheckpoint {
+    match checkpoint {
+        Checkpoint::Network(network) => *network,
+        other @ Checkpoint::Levels(_) => panic!("{other:?}"),
+    }
 }
 
 fn bits(fit: &Fit) -> Vec<u32> {
@@ -59,8 +68,8 @@ fn a_resumed_run_equals_the_unbroken_one() {
                 run(&mut Trainer::new(&Sphere::UNIT, &base(), &settings).unwrap(), &cancel);
             assert!(broken.report.interrupted && checkpoint.epoch() < 120);
             let path = std::env::temp_dir().join(format!("ndf-run-{}-{after}", std::process::id()));
-            checkpoint.write(&path).unwrap();
-            let read = Checkpoint::read(&path).unwrap();
+            Checkpoint::from(checkpoint).write(&path).unwrap();
+            let read = network(Checkpoint::read(&path).unwrap());
             std::fs::remove_file(&path).unwrap();
             let (resumed, _) = run(&mut Trainer::resumed(&Sphere::UNIT, read).unwrap(), &NoProgress);
             assert_eq!(bits(&resumed), bits(&unbroken), "after {after} batches of {settings:?}");
@@ -74,7 +83,7 @@ fn damaged_checkpoints_are_refused() {
     let cancel = CancelAfter(AtomicUsize::new(2));
     let (_, checkpoint) = run(&mut Trainer::new(&Sphere::UNIT, &base(), &quick()).unwrap(), &cancel);
     let path = std::env::temp_dir().join(format!("ndf-damaged-{}", std::process::id()));
-    checkpoint.write(&path).unwrap();
+    Checkpoint::from(checkpoint).write(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     for at in [0, 9, 40, bytes.len() / 2, bytes.len() - 1] {
         let mut damaged = bytes.clone();
@@ -89,13 +98,13 @@ fn damaged_checkpoints_are_refused() {
 
 /// Reads a checkpoint after something in its header was replaced and bytes were put behind it; its checksum is right.
 fn forged(
-    checkpoint: &Checkpoint,
+    checkpoint: &NetworkCheckpoint,
     name: &str,
     header: [&str; 2],
     more: &[u8],
-) -> Result<Checkpoint, CheckpointError> {
+) -> Result<NetworkCheckpoint, CheckpointError> {
     let path = std::env::temp_dir().join(format!("ndf-forged-{name}-{}", std::process::id()));
-    checkpoint.write(&path).unwrap();
+    Checkpoint::from(checkpoint.clone()).write(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     // Magic and checksum, length of the header, header, numbers.
     let (length, rest) = bytes[12..].split_first_chunk::<8>().unwrap();
@@ -106,7 +115,7 @@ fn forged(
     std::fs::write(&path, [&bytes[..8], &sum, &rest].concat()).unwrap();
     let read = Checkpoint::read(&path);
     std::fs::remove_file(&path).unwrap();
-    read
+    read.map(network)
 }
 
 #[test]
@@ -121,6 +130,8 @@ fn checkpoints_whose_parts_do_not_fit_are_refused() {
         ("network", ["\"encoding\"", "\"inverse\""], &[], "reverse map"),
         ("samples", [&samples, "\"samples\":7"], &[], "different sizes"),
         ("none", [&samples, "\"samples\":0"], &[], "at least one sample"),
+        ("kind", ["\"network\"", "\"nothing\""], &[], "another version"),
+        ("other", ["\"network\"", "\"levels\""], &[], "another version"),
         ("negative", ["\"seconds\":", "\"seconds\":-1, \"before\":"], &[], "training took -1"),
         ("endless", ["\"seconds\":", "\"seconds\":7e30, \"before\":"], &[], "training took 7"),
     ] {

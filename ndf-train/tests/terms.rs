@@ -92,11 +92,11 @@ fn terms_see_the_base_mesh_as_it_was_given() {
     // The order of the base mesh outlives a checkpoint.
     trainer.run_epoch().unwrap();
     let path = std::env::temp_dir().join(format!("ndf-terms-{}", std::process::id()));
-    trainer.checkpoint().unwrap().write(&path).unwrap();
-    let checkpoint = Checkpoint::read(&path).unwrap();
+    Checkpoint::from(trainer.checkpoint().unwrap()).write(&path).unwrap();
+    let Ok(Checkpoint::Network(checkpoint)) = Checkpoint::read(&path) else { panic!("no network") };
     std::fs::remove_file(&path).unwrap();
     let before = witness.calls.load(Ordering::Relaxed);
-    let mut resumed = Trainer::resumed(&Sphere::UNIT, checkpoint).unwrap().with_term(1.0, witness.clone());
+    let mut resumed = Trainer::resumed(&Sphere::UNIT, *checkpoint).unwrap().with_term(1.0, witness.clone());
     resumed.run_epoch().unwrap();
     assert!(before > 0 && witness.calls.load(Ordering::Relaxed) > before);
 }

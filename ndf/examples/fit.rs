@@ -10,9 +10,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let input = arguments.next().ok_or("usage: fit INPUT OUTPUT.ply")?;
     let output = arguments.next().ok_or("usage: fit INPUT OUTPUT.ply")?;
 
-    // With the defaults of the program: a cloud without normals gets another weight of the cycle loss than a mesh.
+    // With the defaults of the program.
     let opened = ndf::open(&input, &OpenOptions::default())?;
-    let fitted = Fit::new(&opened).base_faces(1000).epochs(1500).run()?;
+    let fitted = Fit::new(&opened).base_faces(1000).run()?;
     for note in opened.notes.iter().chain(&fitted.notes) {
         eprintln!("{input}: {note}");
     }

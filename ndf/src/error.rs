@@ -131,13 +131,7 @@ impl Error {
                     LevelFitError::OutOfReach => "out_of_reach",
                 },
             },
-            Self::Checkpoint(error) => match error {
-                CheckpointError::Io(_) => "io",
-                CheckpointError::Magic => "unrecognised",
-                CheckpointError::Content(defect) => defect.code(),
-                CheckpointError::Model(error) => model(error),
-                CheckpointError::Settings(_) => "invalid_value",
-            },
+            Self::Checkpoint(error) => checkpoint(error),
             Self::Extraction(error) => extraction(error),
             Self::Distances(error) => match error {
                 DistanceError::NotManifold(_) => "not_manifold",
@@ -163,11 +157,22 @@ impl Error {
     }
 }
 
+fn checkpoint(error: &CheckpointError) -> &'static str {
+    match error {
+        CheckpointError::Io(_) => "io",
+        CheckpointError::Magic => "unrecognised",
+        CheckpointError::Content(defect) => defect.code(),
+        CheckpointError::Model(error) => model(error),
+        CheckpointError::Settings(_) | CheckpointError::Levels(_) => "invalid_value",
+    }
+}
+
 fn open(error: &OpenError) -> &'static str {
     match error {
         OpenError::Io { .. } => "io",
         OpenError::Model { .. } => "is_model",
         OpenError::ModelFile { source, .. } => model(source),
+        OpenError::CheckpointFile { source, .. } => checkpoint(source),
         OpenError::Unrecognised { .. } | OpenError::NoNetwork { .. } | OpenError::Table { .. } => {
             "unrecognised"
         }

@@ -7,7 +7,7 @@ use ndf_train::MetricReport;
 use serde::Serialize;
 
 use crate::band::BandFigures;
-use crate::describe::in_words;
+use crate::describe::{ModelBytes, in_words};
 use crate::{Fitted, Kind, LevelRule};
 
 /// Figures of [`Fitted`], as `ndf fit --json` has them.
@@ -54,8 +54,14 @@ pub struct FitFigures {
     pub base_vertices: usize,
     /// Faces of the base mesh.
     pub base_faces: usize,
+    /// Connected components of the base mesh.
+    pub components: usize,
+    /// The share of the area of an isosurface that the base mesh leaves out; `None` where the base mesh was brought.
+    pub area_left_out: Option<f64>,
     /// Bytes of the model file.
     pub model_bytes: usize,
+    /// Bytes of its parts.
+    pub bytes: ModelBytes,
 }
 
 /// How a base mesh was made.
@@ -127,6 +133,7 @@ impl Fitted {
             boundary_edges: report.boundary_edges,
             seconds: report.seconds.isosurface + report.seconds.decimation + report.seconds.final_pass,
         });
+        let bytes = ModelBytes::of(&self.model);
         FitFigures {
             kind: self.kind,
             base,
@@ -145,7 +152,10 @@ impl Fitted {
             metric: self.metric_report,
             base_vertices: self.base.vertex_count(),
             base_faces: self.base.face_count(),
-            model_bytes: self.model.section_sizes().total,
+            components: ValidationReport::of(&self.base).components,
+            area_left_out: self.base_report.as_ref().map(|report| report.area_dropped),
+            model_bytes: bytes.total,
+            bytes,
         }
     }
 

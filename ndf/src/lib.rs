@@ -46,7 +46,7 @@ mod triangulated;
 
 pub use error::Error;
 pub use files::{begins_as_model, read_mesh, read_model};
-pub use fit::{Fit, FitError, Fitted};
+pub use fit::{Field, Fit, FitError, Fitted, Record};
 pub use kind::{Kind, UnknownKind};
 pub use model::{EdgeLength, Extracted, ModelExt};
 pub use note::{NotDecimated, Note};

@@ -100,11 +100,16 @@ pub enum Note {
         /// Its faces.
         faces: usize,
     },
-    /// The time limit was reached before the last epoch.
+    /// A network is learned, since something is asked for that levels do not have.
+    NetworkNeeded {
+        /// What.
+        what: &'static str,
+    },
+    /// The time limit was reached before the last epoch or iteration.
     TimeUp {
-        /// Epochs made.
-        epochs: usize,
-        /// Epochs wanted.
+        /// Epochs or iterations made.
+        rounds: usize,
+        /// Those wanted.
         of: usize,
     },
     /// Training diverged and went on at a smaller rate.
@@ -230,8 +235,11 @@ impl fmt::Display for Note {
                 let what = if *faces == 1 { "face" } else { "faces" };
                 write!(f, "it has no more than {faces} {what}; all of it is the base mesh")
             }
-            Self::TimeUp { epochs, of } => {
-                write!(f, "the time limit was reached after {epochs} of {of} epochs")
+            Self::NetworkNeeded { what } => {
+                write!(f, "it is learned as a network, since levels have no {what}")
+            }
+            Self::TimeUp { rounds, of } => {
+                write!(f, "the time limit was reached after {rounds} of {of} rounds of training")
             }
             Self::Diverged { times } => {
                 write!(f, "training diverged {times} times and went on at a smaller rate")

@@ -5,7 +5,7 @@ use ndf_train::levels::BYTES_PER_FACE;
 use crate::presets::BASE_FACES;
 
 /// Sizes that are tried at most.
-const MAX_ATTEMPTS: usize = 6;
+pub(crate) const MAX_ATTEMPTS: usize = 6;
 /// Errors from this share of the one that is wanted on are close enough to it.
 const CLOSE: f64 = 0.93;
 /// Where within what is close enough the next attempt aims.

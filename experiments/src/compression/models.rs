@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use ndf::presets::levels_of_size;
-use ndf::{EdgeLength, Fit, LengthFactors, NoProgress, Opened, Triangulated};
+use ndf::{EdgeLength, Field, Fit, LengthFactors, NoProgress, Opened, Triangulated};
 use ndf_model::file::SectionSizes;
 use serde::{Deserialize, Serialize};
 
@@ -68,7 +68,7 @@ pub(super) fn measured(
     (kind, asked): (Kind, usize),
     edge_length: f64,
 ) -> Result<ModelRow, String> {
-    let fit = Fit::new(opened);
+    let fit = Fit::new(opened).field(Field::Network);
     let (fit, size) = match kind {
         Kind::Single => (fit.with(|settings| settings.precision = None).base_faces(asked), None),
         Kind::Rounded => (fit.base_faces(asked), None),

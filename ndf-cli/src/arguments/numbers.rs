@@ -45,7 +45,7 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 }
 
 /// A time.
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+pub fn seconds(text: &str) -> Result<Duration, String> {
     let x: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(x).map_err(|_| "expected a number of seconds that is not negative".to_owned())
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use ndf::presets::levels_of_size;
-use ndf::{Kind, Preset};
+use ndf::{Field, Fit, Kind, Opened, Preset};
 use ndf_model::file::Precision;
 use ndf_train::levels::LevelOptions;
 use ndf_train::{Schedule, Settings};
@@ -18,9 +18,9 @@ use crate::output::Failure;
 pub struct Training {
     #[command(flatten)]
     chosen: Chosen,
-    /// What displaces the base mesh [default: network; with --size or --error: levels].
-    #[arg(long, value_enum)]
-    field: Option<FieldName>,
+    /// What displaces the base mesh.
+    #[arg(long, value_enum, default_value_t)]
+    field: FieldName,
     /// About how many bytes the model may have; the number of base faces follows, unless it is given.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1000..=2_000_000))]
     size: Option<u32>,
@@ -33,14 +33,14 @@ pub struct Training {
     time_limit: Option<Duration>,
 }
 
-/// How to train; what is not given is as in the preset. A run that is resumed has all this from its checkpoint.
+/// How to train a network; what is not given is as in the preset. A run that is resumed has all this from its checkpoint.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 #[group(id = "Training", multiple = true)]
 struct Chosen {
     /// Settings to start from.
     #[arg(long, value_enum, default_value_t)]
     preset: PresetName,
-    /// Features of every base vertex [default: 8].
+    /// Features of every base vertex [default: 8]. This and the following are settings of networks.
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=4096))]
     features: Option<u32>,
     /// Epochs [default: 6000; paper: 10000].
@@ -77,12 +77,15 @@ struct Chosen {
 }
 
 /// What displaces a base mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum FieldName {
-    /// The paper's network, with features at the base vertices.
-    Network,
+    /// Levels, unless settings of networks are given.
+    #[default]
+    Auto,
     /// Displacements along the normal on the levels of the subdivided base mesh: fewer bytes at the same distance.
     Levels,
+    /// The paper's network, with features at the base vertices.
+    Network,
 }
 
 /// Sets of settings.
@@ -110,37 +113,51 @@ impl Training {
         self.time_limit
     }
 
-    /// The mean distance that levels may have, where that was given: a share of the diagonal.
-    pub fn error(&self) -> Option<f64> {
-        self.error
-    }
-
-    /// What levels to learn, if levels are to be learned.
+    /// A run of learning a surface as was asked for.
     ///
     /// # Errors
     /// If something was asked for that the field does not have.
-    pub fn levels(&self, seed: u64) -> Result<Option<LevelOptions>, Failure> {
-        let levels = self.size.map_or_else(LevelOptions::default, |size| levels_of_size(size as usize));
-        match (self.field, self.size.is_some() || self.error.is_some()) {
-            (None | Some(FieldName::Network), false) => Ok(None),
-            (Some(FieldName::Network), true) => {
-                let failure = Failure::new("--size and --error are for levels");
-                Err(failure.try_instead("--field levels, or --base-faces and --bits for a network"))
-            }
-            (None | Some(FieldName::Levels), _)
-                if self.chosen != Chosen::default() || self.time_limit.is_some() =>
-            {
-                let failure = Failure::new(
-                    "levels are learned without --preset, --epochs, --bits, --time-limit and other settings of networks",
-                );
-                Err(failure.try_instead("leave them out, or --field network, without --size and --error"))
-            }
-            _ => Ok(Some(LevelOptions { seed, ..levels })),
+    pub fn fit<'a>(&self, opened: &'a Opened, seed: u64) -> Result<Fit<'a>, Failure> {
+        let is_sized = self.size.is_some() || self.error.is_some();
+        let is_of_networks = self.chosen != Chosen::default();
+        let mut fit = Fit::new(opened).seed(seed);
+        if let Some(limit) = self.time_limit {
+            fit = fit.time_limit(limit);
         }
+        match self.field {
+            FieldName::Network if is_sized => {
+                let failure = Failure::new("--size and --error are for levels");
+                return Err(failure.try_instead("--field levels, or --base-faces and --bits for a network"));
+            }
+            FieldName::Auto if !is_sized && is_of_networks => {
+                return Ok(fit.settings(self.settings(opened.kind, seed)));
+            }
+            FieldName::Auto | FieldName::Levels if is_of_networks => {
+                let failure = Failure::new(
+                    "levels are learned without --preset, --epochs, --bits and other settings of networks",
+                );
+                return Err(
+                    failure.try_instead("leave them out, or --field network, without --size and --error")
+                );
+            }
+            FieldName::Network => {
+                return Ok(fit.settings(self.settings(opened.kind, seed)).field(Field::Network));
+            }
+            FieldName::Levels => fit = fit.field(Field::Levels),
+            FieldName::Auto => {}
+        }
+        let time_limit = self.time_limit;
+        if let Some(size) = self.size {
+            fit = fit.levels(LevelOptions { seed, time_limit, ..levels_of_size(size as usize) });
+        }
+        Ok(match self.error {
+            Some(share) => fit.error(share),
+            None => fit,
+        })
     }
 
     /// Settings for a kind of input, with what was given.
-    pub fn settings(&self, kind: Kind, seed: u64) -> Settings {
+    fn settings(&self, kind: Kind, seed: u64) -> Settings {
         let chosen = &self.chosen;
         let preset = Preset::from(chosen.preset).settings(kind);
         let mut settings = Settings { seed, time_limit: self.time_limit, ..preset };

@@ -7,8 +7,8 @@ use std::time::Instant;
 use clap::Args;
 use ndf::analysis::mode_scalars;
 use ndf::{
-    DistanceOptions, EdgeLength, Fit, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place,
-    TriangleMesh, Triangulated,
+    DistanceOptions, EdgeLength, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place, TriangleMesh,
+    Triangulated,
 };
 use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
 use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
@@ -55,7 +55,6 @@ pub struct Arguments {
 /// If a stage fails or a file cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     let started = Instant::now();
-    let levels = arguments.training.levels(context.seed())?;
     let folder = &arguments.output;
     fs::create_dir_all(folder).map_err(|e| Failure::new(format!("cannot make {}: {e}", folder.display())))?;
     let input = match &arguments.input {
@@ -67,14 +66,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         }
     };
     let opened = open(&input, &arguments.reading, context)?;
-    let settings = arguments.training.settings(opened.kind, context.seed());
-    let mut fit = Fit::new(&opened).settings(settings);
-    if let Some(levels) = levels {
-        fit = fit.levels(levels);
-    }
-    if let Some(share) = arguments.training.error() {
-        fit = fit.error(share);
-    }
+    let fit = arguments.training.fit(&opened, context.seed())?;
     let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));

@@ -3,12 +3,12 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use ndf::band::BandFigures;
 use ndf::base::NoBaseMesh;
-use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh};
+use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh, Record};
 use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshError;
 use ndf_model::levels::LevelsError;
@@ -16,7 +16,7 @@ use ndf_train::levels::LevelFitError;
 use ndf_train::{CheckpointError, LogRecord};
 use serde_json::json;
 
-use crate::arguments::{Reading, Training};
+use crate::arguments::{Reading, Training, seconds};
 use crate::context::Context;
 use crate::files::{open, read_faces};
 use crate::interrupt;
@@ -38,14 +38,18 @@ pub struct Arguments {
     /// Anchors: a file with six numbers a line, a point of the base mesh and its target, in the input's units.
     #[arg(long, value_name = "FILE")]
     anchors: Option<PathBuf>,
-    /// Where an interrupted run leaves its checkpoint [default: the model's name with .checkpoint]. If given, a run whose
-    /// time is up leaves one beside its model, too.
+    /// Where an interrupted run leaves its checkpoint, and a running one its last [default: the model's name with
+    /// .checkpoint]. If given, a run whose time is up leaves one beside its model, too.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Continue from a checkpoint, with its base mesh and settings; a new time limit may be set.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "Training"])]
+    /// Write a checkpoint whenever so much time has passed. A run that ends removes it.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
+    checkpoint_every: Duration,
+    /// Continue from a checkpoint, with its field, base mesh and settings; a new time limit may be set.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "field", "size", "error", "Training"])]
     resume: Option<PathBuf>,
-    /// Write a line of JSON for every batch: losses, learning rate, share of flipped samples, times.
+    /// Write a line of JSON for every batch of a network (losses, learning rate, share of flipped samples, times), or for
+    /// every run and iteration of levels (distances as shares of the diagonal, bytes, price of a bit, time).
     #[arg(long, value_name = "FILE.jsonl")]
     log: Option<PathBuf>,
     /// Faces of the base mesh [default: 4000, or as many as suit --size or --error].
@@ -55,25 +59,23 @@ pub struct Arguments {
     training: Training,
 }
 
+impl Arguments {
+    /// Where checkpoints go.
+    fn kept(&self) -> PathBuf {
+        self.checkpoint.clone().unwrap_or_else(|| {
+            let mut name = self.output.clone().into_os_string();
+            name.push(".checkpoint");
+            name.into()
+        })
+    }
+}
+
 /// Learns a surface and writes the model.
 ///
 /// # Errors
 /// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
-    let levels = arguments.training.levels(context.seed())?;
-    if levels.is_some() {
-        let of_networks = [
-            ("--anchors", arguments.anchors.is_some()),
-            ("--checkpoint", arguments.checkpoint.is_some()),
-            ("--resume", arguments.resume.is_some()),
-            ("--log", arguments.log.is_some()),
-        ];
-        if let Some((option, _)) = of_networks.into_iter().find(|(_, given)| *given) {
-            let failure = Failure::new(format!("{option} does not go with levels"));
-            return Err(failure.try_instead("leave it out, or --field network"));
-        }
-    }
     arguments.checkpoint.as_deref().map(check_place).transpose()?;
     arguments.log.as_deref().map(check_place).transpose()?;
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
@@ -86,16 +88,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Some(_) => None,
     };
     let mut log = arguments.log.as_deref().map(Log::new);
-    let settings = arguments.training.settings(opened.kind, context.seed());
-    let mut fit = Fit::new(&opened).settings(settings).anchors(anchors);
+    let mut fit = arguments.training.fit(&opened, context.seed())?.anchors(anchors);
     if let Some(faces) = arguments.base_faces {
         fit = fit.base_faces(faces as usize);
-    }
-    if let Some(levels) = levels {
-        fit = fit.levels(levels);
-    }
-    if let Some(share) = arguments.training.error() {
-        fit = fit.error(share);
     }
     if let Some(mesh) = &base {
         fit = fit.base(mesh);
@@ -106,11 +101,21 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if let Some(log) = &mut log {
         fit = fit.log(|record| log.add(record));
     }
+    let kept = arguments.kept();
+    let mut is_kept = false;
+    let fit = fit.on_checkpoint(arguments.checkpoint_every, |checkpoint| match checkpoint.write(&kept) {
+        Ok(()) => is_kept = true,
+        Err(e) => context.warn(&format!("cannot write {}: {e}", kept.display())),
+    });
     let fitted = learned(fit, &arguments.input, context)?;
     if let Some(log) = log {
         log.finish()?;
     }
-    save_checkpoint(arguments, &fitted)?;
+    let is_saved = save_checkpoint(arguments, &fitted)?;
+    if is_kept && !is_saved {
+        // What the model is there for is over, and so is a checkpoint that someone else has removed.
+        let _ = std::fs::remove_file(&kept);
+    }
     let bytes = fitted.model.to_bytes();
     let path = arguments.output.display().to_string();
     atomic_write(&arguments.output, |out| out.write_all(&bytes))
@@ -148,29 +153,22 @@ pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, F
     })
 }
 
-/// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given.
-fn save_checkpoint(arguments: &Arguments, fitted: &Fitted) -> Result<(), Failure> {
-    let Some(checkpoint) = &fitted.checkpoint else { return Ok(()) };
-    let write = |path: &Path| {
-        checkpoint.write(path).map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))
-    };
+/// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given. Whether
+/// it did.
+fn save_checkpoint(arguments: &Arguments, fitted: &Fitted) -> Result<bool, Failure> {
+    let path = arguments.kept();
+    let is_left = fitted.report.interrupted && arguments.checkpoint.is_some();
+    if is_left || interrupt::is_requested() {
+        let written = fitted.checkpoint.write(&path);
+        written.map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
+    }
     if interrupt::is_requested() {
-        let default = || {
-            let mut name = arguments.output.clone().into_os_string();
-            name.push(".checkpoint");
-            PathBuf::from(name)
-        };
-        let path = arguments.checkpoint.clone().unwrap_or_else(default);
-        write(&path)?;
-        let (done, all) =
-            (checkpoint.epoch(), checkpoint.settings().epochs + checkpoint.settings().identity_epochs);
-        return Err(Failure::new(format!("interrupted after {done} of {all} epochs"))
+        let [made, all] = fitted.checkpoint.rounds();
+        let unit = unit(fitted);
+        return Err(Failure::new(format!("interrupted after {made} of {all} {unit}"))
             .try_instead(&format!("--resume {} goes on from there", path.display())));
     }
-    match &arguments.checkpoint {
-        Some(path) if fitted.report.interrupted => write(path),
-        _ => Ok(()),
-    }
+    Ok(is_left)
 }
 
 /// Pairs of points: lines of six numbers, of which blank ones and those that begin with `#` are skipped.
@@ -203,13 +201,21 @@ impl<'a> Log<'a> {
         Self { path, file: None, error: None }
     }
 
-    fn add(&mut self, record: &LogRecord<'_>) {
+    fn add(&mut self, record: &Record<'_>) {
         if let Err(error) = self.write(record) {
             self.error.get_or_insert(error);
         }
     }
 
-    fn write(&mut self, record: &LogRecord<'_>) -> std::io::Result<()> {
+    fn write(&mut self, record: &Record<'_>) -> std::io::Result<()> {
+        let line = match record {
+            Record::Network(record) => Self::of_network(record),
+            Record::Levels(record) => serde_json::to_value(record)?,
+        };
+        writeln!(self.opened()?, "{line}")
+    }
+
+    fn of_network(record: &LogRecord<'_>) -> serde_json::Value {
         let mut line = json!({
             "epoch": record.losses.epoch,
             "rate": record.losses.rate,
@@ -221,7 +227,7 @@ impl<'a> Log<'a> {
         for (term, mean) in record.terms {
             line[term] = (*mean).into();
         }
-        writeln!(self.opened()?, "{line}")
+        line
     }
 
     fn opened(&mut self) -> std::io::Result<&mut BufWriter<File>> {
@@ -299,8 +305,11 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
 
 /// How many epochs a network was trained, or how many iterations levels took.
 pub fn rounds(fitted: &Fitted) -> String {
-    let unit = if fitted.model.field.network().is_some() { "epochs" } else { "iterations" };
-    format!("{} {unit}", grouped(fitted.report.epochs))
+    format!("{} {}", grouped(fitted.report.epochs), unit(fitted))
+}
+
+fn unit(fitted: &Fitted) -> &'static str {
+    if fitted.model.field.network().is_some() { "epochs" } else { "iterations" }
 }
 
 /// How a base mesh that was made from an isosurface came about.

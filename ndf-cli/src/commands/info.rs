@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ndf::describe::{
-    CloudDescription, Corners, Delaunay, Description, MeshDescription, ModelDescription, NetworkDescription,
-    SplatsDescription,
+    CheckpointDescription, CloudDescription, Corners, Delaunay, Description, MeshDescription,
+    ModelDescription, NetworkDescription, SplatsDescription,
 };
 use ndf::{Note, describe};
 use ndf_mesh::ValidationReport;
@@ -38,6 +38,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Description::Network(network) => of_network(network),
         Description::Splats(splats) => of_splats(splats),
         Description::Model(model) => of_model(model),
+        Description::Checkpoint(checkpoint) => of_checkpoint(checkpoint),
         _ => String::new(),
     };
     Ok(Outcome::new(serde_json::to_value(&described.description)?, format!("{name}: {text}")))
@@ -161,6 +162,27 @@ fn of_model(model: &ModelDescription) -> String {
         rows.push(("scalars", model.scalars.join(", ")));
     }
     format!("{}\n{}", model.kind, table(&rows))
+}
+
+fn of_checkpoint(checkpoint: &CheckpointDescription) -> String {
+    let made = format!("{} of {}", grouped(checkpoint.rounds), grouped(checkpoint.of));
+    let mut rows = vec![
+        ("field", checkpoint.field.to_owned()),
+        ("rounds of training", made),
+        (
+            "base mesh",
+            format!(
+                "{} vertices, {} faces",
+                grouped(checkpoint.base_vertices),
+                grouped(checkpoint.base_faces)
+            ),
+        ),
+    ];
+    if let (Some(wanted), Some(attempts)) = (checkpoint.wanted, checkpoint.attempts) {
+        let wanted = 100.0 * wanted;
+        rows.push(("search", format!("for {wanted} % of the diagonal, after {attempts} attempts")));
+    }
+    format!("{}\n{}", checkpoint.kind, table(&rows))
 }
 
 fn extent(bounds: &Corners, diagonal: f64) -> String {

@@ -207,7 +207,7 @@ fn models_become_tensors_and_come_back() {
     let run = |arguments: &[&str]| ndf(&folder.0, arguments).json();
     run(&["sample", "mesh", "--shape", "torus", "-o", "torus.ply", "--json"]);
     let fit = ["fit", "torus.ply", "-o", "torus.ndf", "--epochs", "40", "--samples", "256", "--json"];
-    run(&[&fit[..], &["--base-faces", "300", "--lossless"]].concat());
+    run(&[&fit[..], &["--base-faces", "300", "--lossless", "--field", "network"]].concat());
     run(&["convert", "torus.ndf", "-o", "torus.safetensors", "--json"]);
     run(&["convert", "torus.safetensors", "-o", "again.ndf", "--json"]);
     let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();

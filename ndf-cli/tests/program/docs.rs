@@ -40,7 +40,19 @@ fn docs_reader_reads_what_is_written() {
     let folder = Folder::new("docs-reader");
     let run = |arguments: &[&str]| assert_eq!(ndf(&folder.0, arguments).code, 0, "{arguments:?}");
     run(&["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
-    let fit = ["fit", "torus.ply", "--epochs", "20", "--samples", "512", "--base-faces", "200", "--quiet"];
+    let fit = [
+        "fit",
+        "torus.ply",
+        "--epochs",
+        "20",
+        "--samples",
+        "512",
+        "--base-faces",
+        "200",
+        "--field",
+        "network",
+        "--quiet",
+    ];
     run(&[&fit[..], &["-o", "plain.ndf", "--lossless"]].concat());
     run(&[&fit[..], &["-o", "coded.ndf"]].concat());
     run(&["spectrum", "coded.ndf", "-o", "modes.ply", "--modes", "3", "--edge-length", "0.1"]);

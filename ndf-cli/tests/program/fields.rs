@@ -26,6 +26,8 @@ fn every_kind_is_sampled_told_learned_and_extracted() {
             "m.ndf",
             "--base-faces",
             "500",
+            "--field",
+            "network",
             "--epochs",
             "200",
             "--samples",
@@ -56,7 +58,8 @@ fn threads_change_no_byte_of_what_is_learned_from_a_cached_field() {
         ndf(&folder.0, &[&fit, more].concat()).json();
         std::fs::read(folder.0.join(output)).unwrap()
     };
-    assert_eq!(fit("a.ndf", &["--epochs", "150"]), fit("b.ndf", &["--epochs", "150", "--threads", "1"]));
+    let network = ["--field", "network", "--epochs", "150"];
+    assert_eq!(fit("a.ndf", &network), fit("b.ndf", &[&network[..], &["--threads", "1"]].concat()));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::{Folder, ndf};
 
-const QUICK: [&str; 6] = ["--epochs", "60", "--samples", "512", "--base-faces", "400"];
+const QUICK: [&str; 8] = ["--field", "network", "--epochs", "60", "--samples", "512", "--base-faces", "400"];
 
 fn fitted(folder: &Folder, model: &str, more: &[&str]) -> serde_json::Value {
     let arguments = [&["fit", "torus.ply", "-o", model, "--json", "--quiet"], &QUICK[..], more].concat();
@@ -84,6 +84,8 @@ fn a_base_mesh_of_ones_own_is_used() {
         "m.ndf",
         "--base",
         "base.obj",
+        "--field",
+        "network",
         "--epochs",
         "5",
         "--samples",
@@ -91,9 +93,15 @@ fn a_base_mesh_of_ones_own_is_used() {
         "--json",
     ];
     assert_eq!(ndf(&folder.0, &arguments).json()["base_faces"], 300);
-    let limited =
-        ndf(&folder.0, &["fit", "torus.ply", "-o", "n.ndf", "--time-limit", "0", "--json", "--quiet"]);
-    let limited = limited.json();
+    let limited = |field: &str| {
+        let limited = ["--time-limit", "0", "--json", "--quiet"];
+        ndf(&folder.0, &[&["fit", "torus.ply", "-o", "n.ndf", "--field", field], &limited[..]].concat())
+            .json()
+    };
+    let levels = limited("levels");
+    assert_eq!((&levels["interrupted"], &levels["epochs"]), (&true.into(), &0.into()));
+    assert!(levels["projection_rms"].as_f64().unwrap() < 0.01, "{levels}");
+    let limited = limited("network");
     assert_eq!(limited["interrupted"], true);
     // There is no loss of no epoch.
     assert!(limited["cycle_loss"].is_null(), "{limited}");
@@ -125,7 +133,7 @@ fn damaged_models_and_absurd_lengths_are_refused() {
 #[test]
 fn the_demo_writes_all_it_promises() {
     let folder = Folder::new("demo");
-    let demo = ndf(&folder.0, &["demo", "--json", "--quiet", "--epochs", "100", "--samples", "1024"]).json();
+    let demo = ndf(&folder.0, &["demo", "--json", "--quiet"]).json();
     assert!(demo["seconds"].is_number());
     for name in ["model.ndf", "surface.ply", "geodesic.ply", "modes.ply", "report.html"] {
         assert!(folder.0.join("ndf-demo").join(name).metadata().unwrap().len() > 1000, "{name}");
@@ -142,7 +150,8 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
     use std::process::{Command, Stdio};
     let folder = Folder::new("resumed");
     ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
-    let run = ["--epochs", "2500", "--samples", "512", "--base-faces", "400", "--quiet"];
+    let run =
+        ["--field", "network", "--epochs", "2500", "--samples", "512", "--base-faces", "400", "--quiet"];
     let unbroken = [&["fit", "torus.ply", "-o", "unbroken.ndf"], &run[..]].concat();
     assert_eq!(ndf(&folder.0, &unbroken).code, 0);
 
@@ -167,6 +176,8 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
     assert_eq!(code, Some(1));
     assert!(!folder.0.join("broken.ndf").exists());
     let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
+    let info = ndf(&folder.0, &["info", "broken.ndf.checkpoint", "--json"]).json();
+    assert_eq!((&info["kind"], &info["field"]), (&"checkpoint".into(), &"network".into()));
     // No time at all leaves everything as it was.
     let again = ["--time-limit", "0", "--checkpoint", "again.checkpoint", "--json"];
     let halted = ndf(&folder.0, &[&resumed[..], &again].concat()).json();
@@ -305,6 +316,82 @@ fn distances_and_modes_of_meshes_and_models() {
     );
 }
 
+/// What is asked for decides: levels, unless it is something that only networks have, which is said.
+#[test]
+fn the_default_is_levels_unless_networks_are_asked_for() {
+    let folder = Folder::new("default-field");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let fit = |more: &[&str]| {
+        let arguments = ["fit", "torus.ply", "-o", "m.ndf", "--base-faces", "200", "--quiet"];
+        let run = ndf(&folder.0, &[&arguments[..], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        (ndf(&folder.0, &["info", "m.ndf", "--json"]).json()["features"].clone(), run.stderr)
+    };
+    assert_eq!(fit(&[]), (0.into(), String::new()));
+    let (features, said) = fit(&["--features", "4", "--epochs", "3", "--samples", "64"]);
+    assert!(features == 4 && said.contains("since levels have no settings of a network"), "{said}");
+    let quick = ["--field", "network", "--epochs", "3", "--samples", "64"];
+    assert_eq!(fit(&quick), (8.into(), String::new()));
+    folder.write("anchors.txt", "1.4 0 0  1.4 0 0\n");
+    let arguments = ["fit", "torus.ply", "-o", "x.ndf", "--field", "levels", "--anchors", "anchors.txt"];
+    assert!(ndf(&folder.0, &arguments).sentence().contains("levels has no anchors"));
+}
+
+/// Levels, too: an interrupted run leaves a checkpoint and no model, a running one its last checkpoint and a log.
+#[cfg(unix)]
+#[test]
+fn interrupted_levels_are_resumed_without_a_trace() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("resumed-levels");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
+    let fit = ["fit", "torus.ply", "--error", "0.02%", "--quiet"];
+    let unbroken = ndf(&folder.0, &[&fit[..], &["-o", "unbroken.ndf", "--json"]].concat()).json();
+    let mut broken = Command::new(env!("CARGO_BIN_EXE_ndf"))
+        .current_dir(&folder.0)
+        .args(fit)
+        .args(["-o", "broken.ndf", "--checkpoint-every", "0", "--log", "log.jsonl"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let checkpoint = folder.0.join("broken.ndf.checkpoint");
+    let info = || ndf(&folder.0, &["info", "broken.ndf.checkpoint", "--json"]).json();
+    // Until the second size is tried.
+    while !checkpoint.exists() || info()["attempts"] == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    // Nothing can be done about this signal.
+    broken.kill().unwrap();
+    broken.wait().unwrap();
+    let info = info();
+    assert_eq!(
+        (&info["kind"], &info["field"], &info["of"]),
+        (&"checkpoint".into(), &"levels".into(), &60.into())
+    );
+    let text = ndf(&folder.0, &["info", "broken.ndf.checkpoint"]);
+    assert!(text.stdout.contains("for 0.02 % of the diagonal, after 1 attempt"), "{}", text.stdout);
+    let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
+    let resumed = ndf(&folder.0, &[&resumed[..], &["--json"]].concat()).json();
+    assert_eq!(resumed["projection_rms"], unbroken["projection_rms"]);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(read("broken.ndf") == read("unbroken.ndf"));
+
+    let log = String::from_utf8(read("log.jsonl")).unwrap();
+    // The last line may be cut off by the signal.
+    for line in log.lines().rev().skip(1) {
+        let record: serde_json::Value = serde_json::from_str(line).unwrap();
+        assert!(record["run"].is_string());
+        for key in ["iteration", "distance_mean", "distance_rms", "bytes", "price", "seconds"] {
+            assert!(record[key].is_number(), "{key}: {line}");
+        }
+    }
+    let mut damaged = std::fs::read(&checkpoint).unwrap();
+    damaged[300] ^= 1;
+    folder.write("damaged", &damaged);
+    assert!(ndf(&folder.0, &["info", "damaged"]).sentence().contains("not a usable checkpoint"));
+    let resumed = ["fit", "torus.ply", "-o", "x.ndf", "--resume", "damaged"];
+    assert!(ndf(&folder.0, &resumed).sentence().contains("not a usable checkpoint"));
+}
+
 #[test]
 fn levels_are_learned_kept_and_used_like_networks() {
     let folder = Folder::new("fields-of-levels");
@@ -317,12 +404,14 @@ fn levels_are_learned_kept_and_used_like_networks() {
     let fit = ndf(&folder.0, &arguments).json();
     let bytes = std::fs::metadata(folder.0.join("levels.ndf")).unwrap().len();
     assert_eq!(fit["model_bytes"].as_u64(), Some(bytes));
+    assert_eq!((&fit["components"], &fit["area_left_out"]), (&1.into(), &0.0.into()));
     assert!(bytes.abs_diff(2000) < 200, "{bytes}");
     assert!(fit["projection_rms"].as_f64().unwrap() < 2e-3, "{fit}");
 
     let info = ndf(&folder.0, &["info", "levels.ndf", "--json"]).json();
     assert_eq!((&info["kind"], &info["levels"], &info["features"]), (&"model".into(), &3.into(), &0.into()));
     assert_eq!(info["bytes"]["total"].as_u64(), Some(bytes));
+    assert_eq!(info["bytes"], fit["bytes"]);
 
     let extract = ["extract", "levels.ndf", "-o", "out.ply", "--relative-edge-length", "0.1", "--json"];
     let extract = ndf(&folder.0, &extract).json();

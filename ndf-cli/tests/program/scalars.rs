@@ -12,7 +12,7 @@ fn folder(test: &str) -> Folder {
     run(&["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
     let fit =
         ["fit", "torus.ply", "-o", "torus.ndf", "--epochs", "60", "--samples", "512", "--base-faces", "400"];
-    run(&[&fit[..], &["--quiet"]].concat());
+    run(&[&fit[..], &["--field", "network", "--quiet"]].concat());
     let length = ["--edge-length", "0.06"];
     run(&[&["geodesic", "torus.ndf", "-o", "distance.ply", "--source", "1.4,0,0"], &length[..]].concat());
     run(&[&["spectrum", "torus.ndf", "-o", "modes.ply", "--modes", "4"], &length[..]].concat());

@@ -1,7 +1,13 @@
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
 use super::*;
+use crate::{Checkpoint, CheckpointError};
 use ndf_core::analytic::{Sphere, Torus};
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, NoProgress, Query};
 use ndf_mesh::shapes;
+use ndf_model::file::LevelCoder;
 
 fn manifold(mesh: ndf_mesh::TriangleMesh) -> ManifoldMesh {
     ManifoldMesh::try_from(mesh).unwrap()
@@ -118,6 +124,183 @@ fn what_cannot_be_done_is_said_before_it_is_tried() {
     }
     let stopped = fit_levels(&Sphere::UNIT, &Sphere::UNIT, similarity, &base, &default, &Stop);
     assert!(matches!(stopped, Err(LevelFitError::Cancelled(_))));
+}
+
+/// Asks to stop once: after the report, or at the question, of this number since it was armed.
+#[derive(Default)]
+struct StopAt {
+    report: Option<usize>,
+    question: Option<usize>,
+    is_armed: AtomicBool,
+    made: [AtomicUsize; 2],
+}
+
+impl StopAt {
+    fn report(report: usize) -> Self {
+        Self { report: Some(report), ..Self::default() }
+    }
+
+    fn question(question: usize) -> Self {
+        Self { question: Some(question), ..Self::default() }
+    }
+}
+
+impl Progress for StopAt {
+    fn report(&self, _: &str, fraction: f64) {
+        assert!((0.0..=1.0).contains(&fraction));
+        self.made[0].fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        if !self.is_armed.load(Ordering::Relaxed) {
+            return false;
+        }
+        let asked = self.made[1].fetch_add(1, Ordering::Relaxed);
+        Some(self.made[0].load(Ordering::Relaxed)) == self.report || Some(asked) == self.question
+    }
+}
+
+/// Part of a torus that is learned with all that there is: several runs, a finer level, a grid, a boundary, and at the end
+/// another surface.
+struct Example {
+    surface: Torus,
+    truth: Torus,
+    base: ManifoldMesh,
+    similarity: Similarity,
+    options: LevelOptions,
+}
+
+impl Example {
+    fn new() -> Self {
+        let all = shapes::torus(16, 8, 0.97, 0.35);
+        let faces = all.faces()[..200].to_vec();
+        let used = faces.as_flattened().iter().max().unwrap() + 1;
+        let positions = all.positions()[..used as usize].to_vec();
+        let base = manifold(ndf_mesh::TriangleMesh::new(positions, faces).unwrap());
+        let (similarity, base) = in_box(&base);
+        let torus = |tube| Torus { center: DVec3::ZERO, ring: 1.0, tube };
+        let options = LevelOptions { levels: Some(2), iterations: [8, 5], ..LevelOptions::default() };
+        Self { surface: torus(0.401), truth: torus(0.4), base, similarity, options }
+    }
+
+    fn trainer<'a>(&'a self, progress: &'a dyn Progress) -> LevelTrainer<'a> {
+        let trainer = LevelTrainer::new(&self.surface, self.similarity, &self.base, &self.options, progress);
+        trainer.unwrap().finished_on(&self.truth)
+    }
+
+    /// What a run becomes that goes on from a checkpoint.
+    fn resumed(&self, checkpoint: LevelCheckpoint) -> LevelFit {
+        let trainer = LevelTrainer::resumed(&self.surface, checkpoint, &NoProgress).unwrap();
+        trainer.finished_on(&self.truth).train().unwrap().0
+    }
+}
+
+fn written_and_read(checkpoint: LevelCheckpoint) -> LevelCheckpoint {
+    let bytes = Checkpoint::from(checkpoint).to_bytes();
+    match Checkpoint::from_bytes(&bytes).unwrap() {
+        Checkpoint::Levels(levels) => *levels,
+        other @ Checkpoint::Network(_) => panic!("{other:?}"),
+    }
+}
+
+fn assert_same(a: &LevelFit, b: &LevelFit, what: &str) {
+    assert!(a.field.levels() == b.field.levels(), "{what}");
+    let timeless = |report: FitReport| FitReport { seconds: 0.0, ..report };
+    assert_eq!(timeless(a.report), timeless(b.report), "{what}");
+    assert_eq!((a.price, a.mean, a.bytes), (b.price, b.mean, b.bytes), "{what}");
+}
+
+/// Wherever a run is stopped, between iterations or within one, before or after the trial, the finest level and the grid: it
+/// has a model, and goes on from its file to the same numbers.
+#[test]
+fn an_interrupted_run_is_resumed_without_a_trace() {
+    let example = Example::new();
+    let (whole, end) = example.trainer(&NoProgress).train().unwrap();
+    assert!(!whole.report.interrupted && whole.report.epochs == 13);
+    assert_same(&example.resumed(written_and_read(end)), &whole, "from the end");
+    let reports = [0, 1, 4, 5, 6, 7, 8, 9, 11, 12].map(StopAt::report);
+    let questions = [1, 4, 9, 16, 25, 33].map(StopAt::question);
+    for stop in reports.into_iter().chain(questions) {
+        let trainer = example.trainer(&stop);
+        stop.is_armed.store(true, Ordering::Relaxed);
+        let (broken, checkpoint) = trainer.train().unwrap();
+        let what = format!("{} {:?} {:?}", checkpoint.iterations()[0], stop.report, stop.question);
+        assert!(broken.report.interrupted, "{what}");
+        assert!(stop.report.is_none_or(|report| report == broken.report.epochs), "{what}");
+        assert!(broken.report.projection_rms < 0.2 && broken.report.missed_fraction < 0.1, "{what}");
+        assert_same(&example.resumed(written_and_read(checkpoint)), &whole, &what);
+    }
+}
+
+/// Checkpoints of a running run are as good, and its log tells of every run and iteration.
+#[test]
+fn checkpoints_on_the_way_and_the_log() {
+    let example = Example::new();
+    let (kept, told) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
+    let trainer = example.trainer(&NoProgress);
+    let trainer = trainer.keeping(Duration::ZERO, |checkpoint| kept.borrow_mut().push(checkpoint));
+    let (whole, _) = trainer.logging(|record| told.borrow_mut().push(*record)).train().unwrap();
+    let (kept, told) = (kept.take(), told.take());
+    assert_eq!(kept.len(), 13);
+    assert_same(&example.resumed(written_and_read(kept[6].clone())), &whole, "on the way");
+    assert!(told.iter().filter(|record| record.iteration == 0).count() > 1);
+    let last = told.last().unwrap();
+    assert_eq!((last.iteration, last.bytes, last.distance_mean), (12, whole.bytes, whole.mean));
+    assert!(told.is_sorted_by_key(|record| record.iteration));
+}
+
+/// A run whose time is up has a model that is on its grid, and goes on as if it had not been limited.
+#[test]
+fn a_run_whose_time_is_up_ends_well() {
+    let example = Example::new();
+    let (whole, _) = example.trainer(&NoProgress).train().unwrap();
+    let options = LevelOptions { time_limit: Some(Duration::ZERO), ..example.options };
+    let limited = Example { options, ..Example::new() };
+    let (limited, checkpoint) = limited.trainer(&NoProgress).train().unwrap();
+    assert!(limited.report.interrupted && limited.report.epochs == 0);
+    assert!(limited.report.projection_rms < 0.02, "{:?}", limited.report);
+    let unlimited = written_and_read(checkpoint).with_time_limit(None);
+    assert_same(&example.resumed(unlimited), &whole, "without limit");
+}
+
+/// Whatever is wrong with a checkpoint whose checksum is right, it is refused.
+#[test]
+fn checkpoints_whose_parts_do_not_fit_are_refused() {
+    let example = Example::new();
+    let stop = StopAt { is_armed: true.into(), ..StopAt::report(9) };
+    let (_, checkpoint) = example.trainer(&stop).train().unwrap();
+    let search = Search {
+        wanted: 1e-3,
+        suits_base: true,
+        attempts: vec![Attempt { asked: 900, bytes: 800, mean: 2e-3 }],
+    };
+    let checkpoint = LevelCheckpoint { search: Some(search), ..checkpoint };
+    assert_eq!(written_and_read(checkpoint.clone()).search, checkpoint.search);
+    let refused = |name: &str, change: &dyn Fn(&mut LevelCheckpoint)| {
+        let mut changed = checkpoint.clone();
+        change(&mut changed);
+        let read = Checkpoint::from_bytes(&Checkpoint::from(changed).to_bytes());
+        assert!(matches!(read, Err(CheckpointError::Content(_) | CheckpointError::Levels(_))), "{name}");
+    };
+    refused("no run", &|c| c.runs.clear());
+    refused("iteration", &|c| c.iteration = 99);
+    refused("before the grid", &|c| c.iteration = 8);
+    refused("before the finest level", &|c| c.iteration = 2);
+    refused("levels", &|c| c.options.levels = Some(20));
+    refused("other levels", &|c| c.options.levels = Some(3));
+    refused("budget", &|c| c.options.budget = Budget::Price(f64::NAN));
+    refused("share", &|c| c.search.as_mut().unwrap().wanted = -1.0);
+    refused("base", &|c| c.base = c.base.with_positions(vec![DVec3::splat(1e9); c.base.vertex_count()]));
+    refused("other base", &|c| c.base = in_box(&manifold(shapes::icosphere(2))).1);
+    refused("price", &|c| c.runs[0].lambda = 0.0);
+    refused("control", &|c| c.runs[0].descent.state.control[5].x = f64::INFINITY);
+    refused("grid", &|c| c.runs[0].descent.state.gridded.as_mut().unwrap()[0][1] = i32::MAX);
+    refused("no grid", &|c| c.runs[0].descent.grid = None);
+    refused("step", &|c| c.runs[0].descent.state.levels[0].0 = -1.0);
+    refused("displacement", &|c| c.runs[0].descent.state.levels[1].1[3] = i32::MIN);
+    refused("value", &|c| c.runs[0].descent.state.levels[1].2[3] = f64::NAN);
+    refused("fewer", &|c| c.runs[0].descent.state.levels[1].2.truncate(9));
+    refused("hints", &|c| c.runs[0].descent.hints.truncate(9));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! Every description is serialised with the keys of `ndf info --json`.
 
+mod checkpoint;
 mod mesh;
 mod model;
 mod surface;
@@ -9,6 +10,7 @@ mod surface;
 use ndf_core::BoundingBox;
 use serde::Serialize;
 
+pub use checkpoint::CheckpointDescription;
 pub use mesh::{Delaunay, MeshDescription};
 pub use model::{ModelBytes, ModelDescription};
 pub(crate) use surface::in_words;
@@ -41,6 +43,8 @@ pub enum Description {
     Splats(SplatsDescription),
     /// A model.
     Model(ModelDescription),
+    /// A run that is not finished.
+    Checkpoint(CheckpointDescription),
 }
 
 /// The corners of a box.

@@ -74,12 +74,27 @@ pub struct ModelBytes {
     pub total: usize,
 }
 
+impl ModelBytes {
+    /// Encodes a model to tell its sizes.
+    pub(crate) fn of(model: &Model) -> Self {
+        let sizes = model.section_sizes();
+        Self {
+            base: sizes.base,
+            features: sizes.features,
+            network: sizes.network,
+            levels: sizes.levels,
+            metric: sizes.metric,
+            scalars: sizes.scalars,
+            total: sizes.total,
+        }
+    }
+}
+
 impl ModelDescription {
     /// Examines a model.
     pub fn of(model: &Model) -> Self {
         let field = &model.field;
         let base = ValidationReport::of(field.base());
-        let sizes = model.section_sizes();
         let names = model.scalars.iter().flat_map(SurfaceScalars::channels).map(|c| c.name.clone());
         Self {
             kind: "model",
@@ -98,15 +113,7 @@ impl ModelDescription {
             scalars: names.collect(),
             center: model.similarity.center().to_array(),
             scale: model.similarity.scale(),
-            bytes: ModelBytes {
-                base: sizes.base,
-                features: sizes.features,
-                network: sizes.network,
-                levels: sizes.levels,
-                metric: sizes.metric,
-                scalars: sizes.scalars,
-                total: sizes.total,
-            },
+            bytes: ModelBytes::of(model),
             provenance: serde_json::from_str(&model.provenance).ok(),
             base,
         }

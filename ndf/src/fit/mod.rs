@@ -11,11 +11,11 @@ use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
 use ndf_model::Model;
 use ndf_model::file::StoredBase;
 use ndf_surfaces::narrow_band::BandError;
-use ndf_train::levels::{LevelFitError, LevelOptions};
+use ndf_train::levels::{LevelFitError, LevelOptions, LevelRecord};
 use ndf_train::objective::Term;
 use ndf_train::{
-    Checkpoint, FitReport, LogRecord, MetricReport, Settings, TrainError, Trainer, provenance, stored_base,
-    train,
+    Checkpoint, FitReport, LogRecord, MetricReport, NetworkCheckpoint, Settings, TrainError, Trainer,
+    provenance, stored_base, train,
 };
 
 use crate::band::BandFigures;
@@ -24,8 +24,32 @@ use crate::model::{ModelExt, to_world};
 use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
 use crate::{Kind, Level, Note, Opened};
 
-/// Called at the end of every batch.
-type OnBatch<'a> = Box<dyn FnMut(&LogRecord<'_>) + 'a>;
+/// What displaces a base mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Field {
+    /// Levels, unless something is asked for that only networks have.
+    #[default]
+    Auto,
+    /// Displacements along the normal on the levels of the subdivided base mesh.
+    Levels,
+    /// The paper's network, with features at the base vertices.
+    Network,
+}
+
+/// A line of the log.
+#[derive(Clone, Copy, Debug)]
+pub enum Record<'a> {
+    /// Of a network, at the end of every batch. Costs a tenth of an epoch.
+    Network(&'a LogRecord<'a>),
+    /// Of levels, of every run at the end of every iteration.
+    Levels(&'a LevelRecord),
+}
+
+/// Called with every line of the log.
+type OnRecord<'a> = Box<dyn FnMut(&Record<'_>) + 'a>;
+
+/// Called with checkpoints.
+type OnCheckpoint<'a> = Box<dyn FnMut(&Checkpoint) + 'a>;
 
 /// Called with every note.
 type OnNote<'a> = Box<dyn FnMut(&Note) + 'a>;
@@ -36,14 +60,18 @@ type OnNote<'a> = Box<dyn FnMut(&Note) + 'a>;
 #[must_use = "nothing is learned before `run`"]
 pub struct Fit<'a> {
     opened: &'a Opened,
+    field: Field,
     settings: Settings,
-    levels: Option<LevelOptions>,
+    levels: LevelOptions,
+    /// What was asked for first of all that only networks have.
+    of_networks: Option<&'static str>,
     error: Option<f64>,
     base: Base<'a>,
     anchors: Vec<(DVec3, DVec3)>,
     terms: Vec<(f32, Arc<dyn Term>)>,
     progress: &'a dyn Progress,
-    log: Option<OnBatch<'a>>,
+    log: Option<OnRecord<'a>>,
+    keep: Option<(Duration, OnCheckpoint<'a>)>,
     noted: Option<OnNote<'a>>,
 }
 
@@ -56,7 +84,7 @@ enum Base<'a> {
     /// A base mesh that is brought.
     Brought(&'a ManifoldMesh),
     /// A run that was not finished.
-    Resumed(Box<Checkpoint>),
+    Resumed(Checkpoint),
 }
 
 /// Why nothing was learned.
@@ -74,8 +102,8 @@ pub enum FitError {
     Training(#[from] TrainError),
     /// Levels could not be learned.
     #[error(transparent)]
-    Levels(#[from] LevelFitError),
-    /// Anchors, terms, logs, checkpoints and settings are those of networks.
+    Levels(LevelFitError),
+    /// Anchors, terms and settings are those of networks.
     #[error("a field of levels has no {0}; learn a network instead")]
     NotOfLevels(&'static str),
     /// The observer asked to stop before training began, so that there is nothing to keep.
@@ -83,9 +111,12 @@ pub enum FitError {
     Cancelled,
 }
 
-impl FitError {
-    fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cancelled | Self::Levels(LevelFitError::Cancelled(_)))
+impl From<LevelFitError> for FitError {
+    fn from(error: LevelFitError) -> Self {
+        match error {
+            LevelFitError::Cancelled(_) => Self::Cancelled,
+            error => Self::Levels(error),
+        }
     }
 }
 
@@ -129,89 +160,110 @@ pub struct Fitted {
     pub band: Option<BandFigures>,
     /// How the metric of the model was measured, where it has one.
     pub metric_report: Option<MetricReport>,
-    /// Enough to go on: from the end, or from where the run was stopped. A field of levels has none.
-    pub checkpoint: Option<Checkpoint>,
+    /// Enough to go on: from the end, or from where the run was interrupted.
+    pub checkpoint: Checkpoint,
     /// What was left out, or is doubtful.
     pub notes: Vec<Note>,
 }
 
 impl<'a> Fit<'a> {
-    /// A run with the default settings for this kind of surface, on a base mesh of 4000 faces, or of as many as suit the
-    /// budget of levels.
+    /// A run with the default settings: levels on a base mesh of 4000 faces, or of as many as suit their budget.
     pub fn new(opened: &'a Opened) -> Self {
         Self {
             opened,
+            field: Field::Auto,
             settings: Preset::Default.settings(opened.kind),
-            levels: None,
+            levels: LevelOptions::default(),
+            of_networks: None,
             error: None,
             base: Base::Suited,
             anchors: Vec::new(),
             terms: Vec::new(),
             progress: &NoProgress,
             log: None,
+            keep: None,
             noted: None,
         }
     }
 
-    /// All settings of a preset for this kind of surface, the seed aside. Takes the place of settings made before.
+    /// What is learned. With [`Field::Auto`], settings of networks make a network of it, and a note says so.
+    pub fn field(self, field: Field) -> Self {
+        Self { field, ..self }
+    }
+
+    /// All settings of a network by a preset for this kind of surface, but for seed and time limit. Takes the place of settings
+    /// made before.
     pub fn preset(self, preset: Preset) -> Self {
-        let seed = self.settings.seed;
-        Self { settings: Settings { seed, ..preset.settings(self.opened.kind) }, ..self }
+        let Settings { seed, time_limit, .. } = self.settings;
+        let settings = Settings { seed, time_limit, ..preset.settings(self.opened.kind) };
+        match preset {
+            Preset::Default => Self { settings, ..self },
+            Preset::Paper => Self { settings, ..self.of_networks("preset of the paper") },
+        }
     }
 
-    /// All settings. [`Preset::settings`] has those of a kind of surface to start from.
+    /// All settings of a network. [`Preset::settings`] has those of a kind of surface to start from.
     pub fn settings(self, settings: Settings) -> Self {
-        Self { settings, ..self }
+        Self { settings, ..self.of_networks("settings of a network and its training") }
     }
 
-    /// Changes some settings.
+    /// Changes some settings of a network.
     ///
     /// ```no_run
     /// # let opened = ndf::open("a.obj", &ndf::OpenOptions::default())?;
     /// let fit = ndf::Fit::new(&opened).with(|settings| settings.lambda_n = 1.0);
     /// # Ok::<(), ndf::OpenError>(())
     /// ```
-    pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
+    pub fn with(self, change: impl FnOnce(&mut Settings)) -> Self {
+        self.of_networks("settings of a network and its training").changed(change)
+    }
+
+    fn changed(mut self, change: impl FnOnce(&mut Settings)) -> Self {
         change(&mut self.settings);
         self
     }
 
-    /// Learns levels of displacements instead of a network, in fewer bytes at the same distance. Settings of networks
-    /// and their training are refused then, and of the seeds [`LevelOptions::seed`] alone counts.
-    pub fn levels(self, options: LevelOptions) -> Self {
-        Self { levels: Some(options), ..self }
+    fn of_networks(self, what: &'static str) -> Self {
+        Self { of_networks: self.of_networks.or(Some(what)), ..self }
+    }
+
+    /// Learns levels with these options. Settings of networks and their training are refused then.
+    pub fn levels(self, levels: LevelOptions) -> Self {
+        Self { field: Field::Levels, levels, ..self }
     }
 
     /// Learns levels in as few bytes as this mean distance from the surface allows, a share of its diagonal: a handful of
     /// sizes are tried, each with the base mesh that suits it unless there is one, and the best is kept. The budget of
     /// [`levels`](Self::levels) does not count. An observer that stops the search ends the run.
     pub fn error(self, share: f64) -> Self {
-        Self { error: Some(share), levels: self.levels.or_else(|| Some(LevelOptions::default())), ..self }
+        Self { error: Some(share), field: Field::Levels, ..self }
     }
 
-    /// Epochs of training.
+    /// Epochs of training a network.
     pub fn epochs(self, epochs: usize) -> Self {
-        self.with(|settings| settings.epochs = epochs)
+        self.of_networks("epochs").changed(|settings| settings.epochs = epochs)
     }
 
-    /// Samples in a batch.
+    /// Samples in a batch of a network's training.
     pub fn samples(self, samples: usize) -> Self {
-        self.with(|settings| settings.samples = samples)
+        self.of_networks("samples").changed(|settings| settings.samples = samples)
     }
 
-    /// Features of every base vertex.
+    /// Features of every base vertex, for a network.
     pub fn features(self, features: usize) -> Self {
-        self.with(|settings| settings.field.network.features = features)
+        self.of_networks("features").changed(|settings| settings.field.network.features = features)
     }
 
     /// Seed of everything random.
     pub fn seed(self, seed: u64) -> Self {
-        self.with(|settings| settings.seed = seed)
+        let levels = LevelOptions { seed, ..self.levels };
+        Self { levels, ..self.changed(|settings| settings.seed = seed) }
     }
 
-    /// Ends training after this long, with what is learned by then.
+    /// Ends training after this long, with what is learned by then. A search ends with the best model so far.
     pub fn time_limit(self, limit: Duration) -> Self {
-        self.with(|settings| settings.time_limit = Some(limit))
+        let levels = LevelOptions { time_limit: Some(limit), ..self.levels };
+        Self { levels, ..self.changed(|settings| settings.time_limit = Some(limit)) }
     }
 
     /// Makes a base mesh of this many faces.
@@ -224,10 +276,10 @@ impl<'a> Fit<'a> {
         Self { base: Base::Brought(mesh), ..self }
     }
 
-    /// Goes on from a checkpoint, with its base mesh and settings; those made here do not count. Anchors and
+    /// Goes on from a checkpoint, with its field, base mesh and settings; those made here do not count. Anchors and
     /// terms must be those of the run before.
     pub fn resume(self, checkpoint: Checkpoint) -> Self {
-        Self { base: Base::Resumed(Box::new(checkpoint)), ..self }
+        Self { base: Base::Resumed(checkpoint), ..self }
     }
 
     /// Points of the base mesh and where their images should be (supplement, Eq. 3), in the surface's units.
@@ -247,9 +299,14 @@ impl<'a> Fit<'a> {
         Self { progress, ..self }
     }
 
-    /// Calls this at the end of every batch. Costs a tenth of an epoch.
-    pub fn log(self, log: impl FnMut(&LogRecord<'_>) + 'a) -> Self {
+    /// Calls this with every line of the log.
+    pub fn log(self, log: impl FnMut(&Record<'_>) + 'a) -> Self {
         Self { log: Some(Box::new(log)), ..self }
+    }
+
+    /// Calls this with a checkpoint of the run whenever so much time has passed.
+    pub fn on_checkpoint(self, every: Duration, keep: impl FnMut(&Checkpoint) + 'a) -> Self {
+        Self { keep: Some((every, Box::new(keep))), ..self }
     }
 
     /// Calls this with every note as soon as it is known; [`Fitted::notes`] has all of them at the end.
@@ -263,15 +320,33 @@ impl<'a> Fit<'a> {
     /// # Errors
     /// If there is no base mesh, the settings are not usable, training diverges, or the run is stopped before training.
     pub fn run(self) -> Result<Fitted, FitError> {
-        match self.levels {
-            Some(options) => self.run_levels(&options),
-            None => self.run_network(),
+        let mut chosen = None;
+        let field = match (&self.base, self.field) {
+            (Base::Resumed(Checkpoint::Network(_)), _) => Field::Network,
+            (Base::Resumed(_), _) => Field::Levels,
+            (_, Field::Auto) => {
+                chosen = self.only_of_networks();
+                chosen.map_or(Field::Levels, |_| Field::Network)
+            }
+            (_, field) => field,
+        };
+        match field {
+            Field::Network => self.run_network(chosen.map(|what| Note::NetworkNeeded { what })),
+            Field::Levels | Field::Auto => self.run_levels(),
         }
     }
 
-    fn run_network(self) -> Result<Fitted, FitError> {
-        let Self { opened, settings, base, anchors, terms, progress, mut log, noted, .. } = self;
+    /// What was asked for that only networks have. What is resumed has settings of its own.
+    fn only_of_networks(&self) -> Option<&'static str> {
+        let given = [("anchors", self.anchors.is_empty()), ("terms", self.terms.is_empty())];
+        let given = given.into_iter().find(|(_, is_empty)| !is_empty).map(|(what, _)| what);
+        self.of_networks.filter(|_| !matches!(self.base, Base::Resumed(_))).or(given)
+    }
+
+    fn run_network(self, chosen: Option<Note>) -> Result<Fitted, FitError> {
+        let Self { opened, settings, base, anchors, terms, progress, mut log, keep, noted, .. } = self;
         let mut notes = Notes { all: Vec::new(), noted };
+        notes.add_all(chosen.as_slice());
         let ready = |base: &ManifoldMesh| stored_base(&*opened.surface, base, &settings);
         let mut base_report = None;
         let mut made = |options: &BaseMeshOptions| {
@@ -281,10 +356,10 @@ impl<'a> Fit<'a> {
             Ok::<_, FitError>(Start::Fresh(Box::new(ready(&made.mesh)?)))
         };
         let start = match base {
-            Base::Resumed(checkpoint) => Start::Resumed(checkpoint),
+            Base::Resumed(Checkpoint::Network(checkpoint)) => Start::Resumed(checkpoint),
             Base::Brought(mesh) => Start::Fresh(Box::new(ready(mesh)?)),
             Base::Made(options) => made(&options)?,
-            Base::Suited => made(&faces(BASE_FACES))?,
+            Base::Suited | Base::Resumed(_) => made(&faces(BASE_FACES))?,
         };
         let base = start.base();
         let band = opened.band(&base, progress)?;
@@ -302,6 +377,10 @@ impl<'a> Fit<'a> {
         for (weight, term) in terms {
             trainer = trainer.with_term(weight, term);
         }
+        if let Some((every, mut keep)) = keep {
+            trainer = trainer.keeping(every, move |checkpoint| keep(&checkpoint.into()));
+        }
+        let mut log = log.as_mut().map(|log| |record: &LogRecord<'_>| log(&Record::Network(record)));
         let log = log.as_mut().map(|log| log as ndf_train::Log<'_>);
         let (fit, checkpoint) = train(&mut trainer, log, progress)?;
         drop(trainer);
@@ -318,7 +397,7 @@ impl<'a> Fit<'a> {
             base_report,
             band: band.as_ref().map(|band| band.figures),
             metric_report: None,
-            checkpoint: Some(checkpoint),
+            checkpoint: checkpoint.into(),
             notes: notes.all,
         })
     }
@@ -351,7 +430,7 @@ impl Fitted {
 /// What training starts from, ready.
 enum Start {
     Fresh(Box<StoredBase>),
-    Resumed(Box<Checkpoint>),
+    Resumed(Box<NetworkCheckpoint>),
 }
 
 impl Start {
@@ -385,7 +464,7 @@ impl Notes<'_> {
     fn add_training(&mut self, report: &FitReport, settings: &Settings, cancelled: bool) {
         if report.interrupted && !cancelled {
             let of = settings.epochs + settings.identity_epochs;
-            self.add(Note::TimeUp { epochs: report.epochs, of });
+            self.add(Note::TimeUp { rounds: report.epochs, of });
         }
         if report.retreats > 0 {
             self.add(Note::Diverged { times: report.retreats });

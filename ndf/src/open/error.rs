@@ -10,6 +10,7 @@ use ndf_model::file::ModelError;
 use ndf_surfaces::EmptyMesh;
 use ndf_surfaces::networks::LayoutError;
 use ndf_surfaces::splats::NoSplats;
+use ndf_train::CheckpointError;
 
 use crate::files::without_faces;
 use crate::kind::Kind;
@@ -43,6 +44,14 @@ pub enum OpenError {
         path: PathBuf,
         /// What is wrong.
         source: ModelError,
+    },
+    /// The file is a checkpoint, and damaged.
+    #[error("{} is {source}", path.display())]
+    CheckpointFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: CheckpointError,
     },
     /// The file is of no known kind.
     #[error("{name} is of no known kind: {reason}; {KINDS}")]

@@ -18,11 +18,12 @@ use ndf_formats::point_cloud::PointCloud;
 use ndf_mesh::TriangleMesh;
 use ndf_model::Model;
 use ndf_surfaces::networks::Latent;
+use ndf_train::Checkpoint;
 
 pub use error::OpenError;
 pub use network::read_latent;
 
-use crate::describe::{Described, Description, ModelDescription};
+use crate::describe::{CheckpointDescription, Described, Description, ModelDescription};
 use crate::kind::Kind;
 use crate::opened::Opened;
 use content::Content;
@@ -125,13 +126,19 @@ fn open_content(
     Ok(Opened { path: Some(content.path.clone()), ..opened })
 }
 
-/// Examines a file: a surface of any kind, or a model. Costs no more than reading it and, for a mesh, its checks; for a
+/// Examines a file: a surface of any kind, a model, or a checkpoint. Costs no more than reading it and, for a mesh, its checks; for a
 /// cloud with normals, neighbours of all points.
 ///
 /// # Errors
 /// If it cannot be read, or is of no known kind or malformed.
 pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Described, OpenError> {
     let content = Content::read(path.as_ref())?;
+    if Checkpoint::is_checkpoint(&content.bytes) {
+        let checkpoint = Checkpoint::from_bytes(&content.bytes)
+            .map_err(|source| OpenError::CheckpointFile { path: content.path.clone(), source })?;
+        let description = Description::Checkpoint(CheckpointDescription::of(&checkpoint));
+        return Ok(Described { description, notes: Vec::new() });
+    }
     if !Model::is_model(&content.bytes) {
         return representation(&content, options).describe(&content, options);
     }

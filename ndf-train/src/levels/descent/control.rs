@@ -3,6 +3,8 @@
 use ndf_core::DVec3;
 use ndf_core::glam::{DMat3, Mat3, Vec3};
 
+use ndf_model::levels::{GateWeights, Predictor};
+
 use super::{Descent, MIN_PROXIMITY};
 
 /// As much more than for displacements is added to curvatures, since control vertices could also slide along the surface.
@@ -15,9 +17,22 @@ const CONTROL_RATE: f64 = 1.3;
 /// Control vertices on a grid.
 pub(super) struct Gridded {
     pub(super) integers: Vec<[i32; 3]>,
+    /// How they are predicted.
+    pub(super) weights: GateWeights,
     /// The prediction of every vertex, and the vertices that each helps to predict, with their weights.
     rows: Vec<Vec<(u32, f64)>>,
     dependents: Vec<Vec<(u32, f64)>>,
+}
+
+impl Gridded {
+    pub(super) fn new(predictor: &Predictor, integers: Vec<[i32; 3]>, weights: GateWeights) -> Self {
+        let rows: Vec<_> = (0..integers.len()).map(|v| predictor.row(v, &weights)).collect();
+        let mut dependents = vec![Vec::new(); integers.len()];
+        for (v, row) in (0..).zip(&rows) {
+            row.iter().for_each(|&(u, w)| dependents[u as usize].push((v, w)));
+        }
+        Self { integers, weights, rows, dependents }
+    }
 }
 
 impl Descent<'_> {
@@ -66,17 +81,12 @@ impl Descent<'_> {
         self.spacing = f64::from((spacing * self.unit) as f32) / self.unit;
         let integers = self.on_grid(self.spacing);
         let weights = self.predictor.fitted_weights(&integers);
-        let rows: Vec<_> = (0..integers.len()).map(|v| self.predictor.row(v, &weights)).collect();
-        let mut dependents = vec![Vec::new(); integers.len()];
-        for (v, row) in (0..).zip(&rows) {
-            row.iter().for_each(|&(u, w)| dependents[u as usize].push((v, w)));
-        }
         self.control = integers.iter().map(|q| DVec3::from(q.map(f64::from)) * self.spacing).collect();
-        self.gridded = Some(Gridded { integers, rows, dependents });
+        self.gridded = Some(Gridded::new(&self.predictor, integers, weights));
     }
 
     fn sweep_gridded(&mut self, gridded: &mut Gridded, lambda: f64) {
-        let Gridded { integers, rows: predictions, dependents } = gridded;
+        let Gridded { integers, rows: predictions, dependents, .. } = gridded;
         let spacing = self.spacing;
         let residual = |integers: &[[i32; 3]], v: usize, c: usize| {
             let predicted: f64 =

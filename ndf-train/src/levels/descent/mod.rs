@@ -7,40 +7,31 @@
 //! diagonal.
 
 mod control;
+mod measuring;
+
+use std::sync::Arc;
 
 use ndf_core::glam::Vec3;
-use ndf_core::{Answer, DVec3, Hint, Miss, Query, Surface, project_all};
+use ndf_core::{DVec3, Hint, Surface};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::subdivision::Creases;
 use ndf_model::Similarity;
-use ndf_model::levels::{Hierarchy, Level, Levels, Predictor};
+use ndf_model::levels::{GateWeights, Hierarchy, Level, Levels, Predictor};
 
 use super::influence::Influence;
 use super::rate::Rate;
+use super::stop::Stop;
 use control::Gridded;
 
-/// Distances beyond this multiple of their root mean square weigh less (Huber 1964).
-const HUBER: f64 = 4.0;
-/// Points closer to the surface than this are moved along its normal, others towards their foot.
-const CLOSE: f64 = 0.05;
-/// A point whose normal and that of its foot enclose an angle of a smaller cosine is on the wrong side.
-const OPPOSED: f64 = -0.2;
 /// Share of the squared influence that is added to curvatures: the linearisation holds nearby alone. It grows where it did
 /// not hold (Levenberg 1944, Marquardt 1963).
 const MIN_PROXIMITY: f64 = 0.05;
 const MAX_PROXIMITY: f64 = 1e3;
-/// The least area of a point, as a multiple of the mean, where moves are to be small.
-const MIN_SHARE: f64 = 0.01;
 /// By what the objective may grow in an iteration: the steps of levels change, too.
 const MAX_GROWTH: f64 = 1.02;
 const MAX_GROWTH_ON_GRID: f64 = 1.002;
 /// The farthest that a displacement moves in a sweep, unless the surface is farther away.
 const MAX_MOVE: f64 = 15.0;
-
-/// How far outwards the end of the surface is looked for, as a multiple of the mean edge of the base mesh.
-const REACH: f64 = 0.5;
-/// A surface that comes as close as this to where it was looked for, as a share of that reach, goes on there.
-const GOES_ON: f64 = 0.25;
 
 /// One level.
 struct DescentLevel {
@@ -53,11 +44,28 @@ struct DescentLevel {
 }
 
 /// All that a sweep changes.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct State {
-    control: Vec<DVec3>,
-    gridded: Option<Vec<[i32; 3]>>,
-    levels: Vec<(f64, Vec<i32>, Vec<f64>)>,
+    pub(super) control: Vec<DVec3>,
+    pub(super) gridded: Option<Vec<[i32; 3]>>,
+    pub(super) levels: Vec<LevelState>,
+}
+
+/// The numbers of a level: its step, integers, and displacements.
+pub(super) type LevelState = (f64, Vec<i32>, Vec<f64>);
+
+/// Where the points are on the surface, and the normals there, if they have a foot.
+pub(super) type Feet = Vec<Option<[DVec3; 2]>>;
+
+/// A descent between two iterations, without what follows from it and the base mesh.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    pub(super) state: State,
+    /// Spacing and predictor of control vertices that are on a grid.
+    pub(super) grid: Option<(f64, GateWeights)>,
+    pub(super) proximity: f64,
+    pub(super) hints: Vec<Hint>,
+    pub(super) feet: Arc<Feet>,
 }
 
 /// A point of the finest level.
@@ -74,7 +82,8 @@ struct Row {
 
 /// The state of a descent.
 pub(super) struct Descent<'a> {
-    surface: &'a dyn Surface,
+    /// What is projected onto.
+    pub(super) surface: &'a dyn Surface,
     similarity: Similarity,
     /// Length of a unit in the box.
     unit: f64,
@@ -96,6 +105,9 @@ pub(super) struct Descent<'a> {
     /// Of all points, and after them of those of the boundary.
     rows: Vec<Row>,
     hints: Vec<Hint>,
+    /// Of all points, and after them of where the end of the surface is looked for.
+    feet: Arc<Feet>,
+    stop: Arc<Stop<'a>>,
     /// Mean and root mean square of the distances, area-weighted, and the share of the area that has no foot.
     pub(super) mean: f64,
     pub(super) rms: f64,
@@ -105,13 +117,29 @@ pub(super) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// A descent from a base mesh in the box, sharp at its creases, towards a surface, with `levels` levels.
+    /// A descent from a base mesh in the box, sharp at its creases, towards a surface, with `levels` levels. Projects until
+    /// it is to stop.
     pub(super) fn new(
         surface: &'a dyn Surface,
         similarity: Similarity,
         base: &ManifoldMesh,
         creases: &Creases,
         levels: usize,
+        stop: Arc<Stop<'a>>,
+    ) -> Self {
+        let mut descent = Self::without_feet(surface, similarity, base, creases, levels, stop);
+        descent.project();
+        descent
+    }
+
+    /// The same, before it is measured.
+    fn without_feet(
+        surface: &'a dyn Surface,
+        similarity: Similarity,
+        base: &ManifoldMesh,
+        creases: &Creases,
+        levels: usize,
+        stop: Arc<Stop<'a>>,
     ) -> Self {
         let unit = 1e-4 * similarity.scale() * surface.bounds().diagonal();
         let hierarchy = Hierarchy::new(base, creases, levels + 1);
@@ -143,7 +171,7 @@ impl<'a> Descent<'a> {
         }
         let count = hierarchy.level(hierarchy.levels()).vertex_count() + boundary_points.len();
         let row = Row { direction: Vec3::Z, distance: 0.0, area: 0.0, weight: 0.0 };
-        let mut descent = Self {
+        Self {
             surface,
             similarity,
             unit,
@@ -162,13 +190,45 @@ impl<'a> Descent<'a> {
             boundary_points,
             rows: vec![row; count],
             hints: vec![Hint::NONE; count],
+            feet: Arc::new(vec![None; count]),
+            stop,
             mean: 0.0,
             rms: 0.0,
             missed: 0.0,
             boundary_error: 0.0,
-        };
-        descent.project();
+        }
+    }
+
+    /// Goes on from what was [kept](Self::kept) of a descent between these. Its parts must have the sizes that go with them.
+    pub(super) fn resumed(
+        surface: &'a dyn Surface,
+        similarity: Similarity,
+        base: &ManifoldMesh,
+        creases: &Creases,
+        kept: Kept,
+        stop: Arc<Stop<'a>>,
+    ) -> Self {
+        let levels = kept.state.levels.len();
+        let mut descent = Self::without_feet(surface, similarity, base, creases, levels, stop);
+        if let (Some((spacing, weights)), Some(integers)) = (kept.grid, &kept.state.gridded) {
+            descent.spacing = spacing;
+            descent.gridded = Some(Gridded::new(&descent.predictor, integers.clone(), weights));
+        }
+        descent.restore(kept.state);
+        (descent.proximity, descent.hints, descent.feet) = (kept.proximity, kept.hints, kept.feet);
+        descent.measure();
         descent
+    }
+
+    /// Enough to go on exactly from here. O(n).
+    pub(super) fn kept(&self) -> Kept {
+        Kept {
+            state: self.state(),
+            grid: self.gridded.as_ref().map(|gridded| (self.spacing, gridded.weights)),
+            proximity: self.proximity,
+            hints: self.hints.clone(),
+            feet: Arc::clone(&self.feet),
+        }
     }
 
     /// Steps of all levels for this λ: they grow with the number of vertices, so that an integer of every level is
@@ -177,106 +237,6 @@ impl<'a> Descent<'a> {
         for (l, level) in (1..).zip(&mut self.levels) {
             level.step = factor * (lambda * self.hierarchy.level(l).vertex_count() as f64 / 0.2).sqrt();
         }
-    }
-
-    /// The surface anew from its numbers, and its distances.
-    pub(super) fn project(&mut self) {
-        let mut control = self.control.clone();
-        for (l, level) in (1..).zip(&mut self.levels) {
-            (control, level.normals) = self.hierarchy.displaced(l, &control, |i| level.values[i]);
-        }
-        let depth = self.hierarchy.levels();
-        let finest = self.hierarchy.level(depth);
-        self.points = finest.limit(&self.hierarchy.level(depth - 1).subdivide(&control));
-        let normals = finest.normals(&self.points);
-        let to_world = |p: DVec3| self.similarity.to_world(p * self.unit);
-        let query = |((&p, &n), &hint): ((&DVec3, &DVec3), &Hint)| Query {
-            point: to_world(p),
-            normal: (n != DVec3::ZERO).then_some(n),
-            hint,
-        };
-        let outwards = self.outwards();
-        let reach = REACH * self.mean_edge;
-        let on_boundary = self.boundary_points.iter().zip(&outwards);
-        let beyond: Vec<DVec3> = on_boundary.map(|(&v, t)| self.points[v as usize] + reach * *t).collect();
-        let boundary_normals = self.boundary_points.iter().map(|&v| &normals[v as usize]);
-        let places = self.points.iter().chain(&beyond).zip(normals.iter().chain(boundary_normals));
-        let queries: Vec<Query> = places.zip(&self.hints).map(query).collect();
-        let mut feet: Vec<Answer> = vec![Err(Miss::OutOfReach); queries.len()];
-        project_all(self.surface, &queries, &mut feet);
-        let mut areas = vec![0.0; self.points.len()];
-        for face in finest.faces() {
-            let [a, b, c] = face.map(|v| self.points[v as usize]);
-            let area = (b - a).cross(c - a).length();
-            face.iter().for_each(|&v| areas[v as usize] += area);
-        }
-        let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        let least = MIN_SHARE / self.points.len() as f64;
-        let [mut mean, mut square, mut missed] = [0.0; 3];
-        let (rows, boundary_rows) = self.rows.split_at_mut(self.points.len());
-        for (i, (row, foot)) in rows.iter_mut().zip(&feet).enumerate() {
-            let area = areas[i] / total;
-            // Vertices of faces without area are not free to go anywhere.
-            let held = area.max(least);
-            *row = Row { direction: row.direction, distance: 0.0, area: held as f32, weight: 0.0 };
-            let Ok(foot) = foot else {
-                missed += area;
-                continue;
-            };
-            self.hints[i] = foot.hint;
-            let away = self.points[i] - self.similarity.to_normalised(foot.point) / self.unit;
-            let distance = away.length();
-            let direction = if distance < CLOSE { foot.normal } else { away / distance };
-            (row.direction, row.distance) = (direction.as_vec3(), away.dot(direction) as f32);
-            mean += area * distance;
-            square += area * distance * distance;
-            if normals[i].dot(foot.normal) >= OPPOSED {
-                row.weight = area as f32;
-            }
-        }
-        let found = (1.0 - missed).max(1e-9);
-        (self.mean, self.rms, self.missed) = (mean / found, (square / found).sqrt(), missed);
-        self.boundary_error = 0.0;
-        let boundary =
-            self.boundary_points.iter().zip(&outwards).zip(feet[self.points.len()..].iter().zip(&beyond));
-        let boundary_hints = &mut self.hints[self.points.len()..];
-        for ((row, hint), ((&v, &direction), (foot, &beyond))) in
-            boundary_rows.iter_mut().zip(boundary_hints).zip(boundary)
-        {
-            let area = (areas[v as usize] / total) as f32;
-            *row = Row { direction: direction.as_vec3(), distance: 0.0, area: 0.0, weight: 0.0 };
-            let Ok(foot) = foot else { continue };
-            *hint = foot.hint;
-            let end = self.similarity.to_normalised(foot.point) / self.unit;
-            // A surface that goes on has no end here, which a base mesh may have nevertheless.
-            if end.distance(beyond) > GOES_ON * reach {
-                let missing = (self.points[v as usize] - end).dot(direction) as f32;
-                (row.distance, row.weight) = (missing, area);
-                self.boundary_error += f64::from(area * missing * missing);
-            }
-        }
-        let most = (HUBER * self.rms) as f32;
-        for row in &mut self.rows {
-            row.weight *= (most / row.distance.abs().max(1e-9)).min(1.0);
-        }
-    }
-
-    /// Of every point of the boundary the direction along the surface that leads away from it.
-    fn outwards(&self) -> Vec<DVec3> {
-        let finest = self.hierarchy.level(self.hierarchy.levels());
-        let mut outwards = vec![DVec3::ZERO; self.boundary_points.len()];
-        for side in finest.edges().iter().filter(|side| side.is_boundary()) {
-            let [a, b, c] = [side.ends[0], side.ends[1], side.across[0]].map(|v| self.points[v as usize]);
-            let along = b - a;
-            let outward = along.cross(along.cross(c - a)).normalize_or_zero();
-            for end in side.ends {
-                if let Ok(k) = self.boundary_points.binary_search(&end) {
-                    outwards[k] += outward;
-                }
-            }
-        }
-        outwards.iter_mut().for_each(|t| *t = t.normalize_or_zero());
-        outwards
     }
 
     /// The numbers as they are now.
@@ -324,7 +284,8 @@ impl<'a> Descent<'a> {
     /// Goes on with one level more.
     pub(super) fn refine(&mut self, base: &ManifoldMesh) {
         let count = self.levels.len() + 1;
-        let mut finer = Self::new(self.surface, self.similarity, base, &self.creases, count);
+        let mut finer =
+            Self::new(self.surface, self.similarity, base, &self.creases, count, Arc::clone(&self.stop));
         finer.control = std::mem::take(&mut self.control);
         finer.proximity = self.proximity;
         for (to, from) in finer.levels.iter_mut().zip(self.levels.drain(..)) {
