@@ -114,7 +114,7 @@ impl Model {
             push_levels(&mut arrays, levels);
         }
         if let Some(metric) = self.metric {
-            arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.area(), metric.exponent()])));
+            arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.stretch(), metric.exponent()])));
         }
         for (s, fields) in self.scalars.iter().enumerate() {
             push_network(&mut arrays, &format!("scalars.{s}."), vertices, fields.network());
