@@ -38,6 +38,14 @@ pub fn levels_of_size(bytes: usize) -> LevelOptions {
     LevelOptions { budget, ..LevelOptions::default() }
 }
 
+/// Iterations of levels that keep their feet: one, but for kinds of which projections are dear and feet jump.
+pub(crate) fn project_every(kind: Kind) -> usize {
+    match kind {
+        Kind::Cloud | Kind::Nerf => 5,
+        Kind::Mesh | Kind::OrientedCloud | Kind::NeuralSdf | Kind::Neus | Kind::Splats => 1,
+    }
+}
+
 /// Sets of settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {

@@ -85,6 +85,8 @@ struct RunHeader {
     displacements: Vec<usize>,
     /// Points of the finest level, and after them those of its boundary.
     points: usize,
+    /// Whether their feet are of the last iteration.
+    is_fresh: bool,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -152,6 +154,7 @@ impl LevelCheckpoint {
             gate_weights: run.descent.grid.map(|(_, weights)| weights),
             displacements: run.descent.state.levels.iter().map(|(_, integers, _)| integers.len()).collect(),
             points: run.descent.feet.len(),
+            is_fresh: run.descent.is_fresh,
         });
         let header = Header {
             levels: self.options.levels,
@@ -187,7 +190,7 @@ impl LevelCheckpoint {
                 values.iter().for_each(|&x| numbers.double(x));
             }
             numbers.integers(descent.hints.iter().map(|hint| hint.0));
-            descent.feet.iter().for_each(|foot| numbers.points(&foot.unwrap_or([DVec3::NAN; 2])));
+            descent.feet.iter().for_each(|foot| numbers.points(&foot.unwrap_or([DVec3::NAN; 3])));
         }
         (header, numbers.0)
     }
@@ -298,9 +301,8 @@ impl RunShape {
             levels.push((step, integers, parts.doubles(count)?));
         }
         let hints = parts.integers(self.points)?.map(Hint).collect();
-        let places = parts.points(2 * self.points)?;
-        let foot =
-            |&[foot, normal]: &[DVec3; 2]| (foot.is_finite() && normal.is_finite()).then_some([foot, normal]);
+        let places = parts.points(3 * self.points)?;
+        let foot = |foot: &[DVec3; 3]| foot.iter().all(|p| p.is_finite()).then_some(*foot);
         let feet = Arc::new(places.as_chunks().0.iter().map(foot).collect());
         let is_positive = |x: f64| x.is_finite() && x > 0.0;
         let is_sound =
@@ -315,7 +317,8 @@ impl RunShape {
         if !is_sound {
             return Err(FileDefect::value("a number of its runs is out of range").into());
         }
-        let descent = Kept { state: State { control, gridded, levels }, grid, proximity, hints, feet };
+        let state = State { control, gridded, levels };
+        let descent = Kept { state, grid, proximity, hints, feet, is_fresh: header.is_fresh };
         Ok(KeptRun { sharpness: header.sharpness, lambda, sizes: header.bytes, descent })
     }
 }

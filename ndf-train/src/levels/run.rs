@@ -143,14 +143,14 @@ impl<'a> Run<'a> {
 
     /// Puts control vertices on the grid for this price of bits. What is sharp everywhere takes the best of that and
     /// finer ones, since there displacements do not make up for what rounding does.
-    pub(super) fn snap_to_grid(&mut self, lambda: f64) {
+    pub(super) fn snap_to_grid(&mut self, lambda: f64, anew: bool) {
         let free = self.descent.state();
         let spacing = spacing(lambda, self.descent.mean_edge);
         let finer = if self.sharpness == Sharpness::Edges { FINER_GRIDS } else { 0 };
         let mut snapped = |spacing: f64| {
             self.descent.restore(free.clone());
             self.descent.snap_to_grid(spacing);
-            self.descent.project();
+            self.descent.look(anew);
             self.sizes = self.coder.sizes(&self.descent.levels(spacing));
             self.objective(lambda, true)
         };
@@ -169,10 +169,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Sweeps over all numbers and projects anew.
-    pub(super) fn step(&mut self, lambda: f64, on_grid: bool) {
-        let (state, sizes) = (self.descent.state(), self.sizes);
-        let before = self.objective(lambda, on_grid);
+    /// Sweeps over all numbers, and projects anew or keeps the feet that there are.
+    pub(super) fn step(&mut self, lambda: f64, on_grid: bool, anew: bool) {
+        let sizes = self.sizes;
+        let before = self.descent.before(self.objective(lambda, on_grid));
         for sweep in 0..SWEEPS {
             self.descent.price(sweep == 0);
             if on_grid || sweep == 0 {
@@ -185,8 +185,8 @@ impl<'a> Run<'a> {
         }
         let coded = self.levels(lambda);
         let (descent, coder) = (&mut self.descent, &self.coder);
-        ((), self.sizes) = rayon::join(|| descent.project(), || coder.sizes(&coded));
-        if !self.descent.trust(self.objective(lambda, on_grid), (state, before)) {
+        ((), self.sizes) = rayon::join(|| descent.look(anew), || coder.sizes(&coded));
+        if !self.descent.trust(self.objective(lambda, on_grid), before) {
             self.sizes = sizes;
         }
     }

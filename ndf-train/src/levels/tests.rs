@@ -168,6 +168,7 @@ struct Example {
     base: ManifoldMesh,
     similarity: Similarity,
     options: LevelOptions,
+    project_every: usize,
 }
 
 impl Example {
@@ -180,18 +181,18 @@ impl Example {
         let (similarity, base) = in_box(&base);
         let torus = |tube| Torus { center: DVec3::ZERO, ring: 1.0, tube };
         let options = LevelOptions { levels: Some(2), iterations: [8, 5], ..LevelOptions::default() };
-        Self { surface: torus(0.401), truth: torus(0.4), base, similarity, options }
+        Self { surface: torus(0.401), truth: torus(0.4), base, similarity, options, project_every: 1 }
     }
 
     fn trainer<'a>(&'a self, progress: &'a dyn Progress) -> LevelTrainer<'a> {
         let trainer = LevelTrainer::new(&self.surface, self.similarity, &self.base, &self.options, progress);
-        trainer.unwrap().finished_on(&self.truth)
+        trainer.unwrap().finished_on(&self.truth).projecting_every(self.project_every)
     }
 
     /// What a run becomes that goes on from a checkpoint.
     fn resumed(&self, checkpoint: LevelCheckpoint) -> LevelFit {
         let trainer = LevelTrainer::resumed(&self.surface, checkpoint, &NoProgress).unwrap();
-        trainer.finished_on(&self.truth).train().unwrap().0
+        trainer.finished_on(&self.truth).projecting_every(self.project_every).train().unwrap().0
     }
 }
 
@@ -214,7 +215,27 @@ fn assert_same(a: &LevelFit, b: &LevelFit, what: &str) {
 /// has a model, and goes on from its file to the same numbers.
 #[test]
 fn an_interrupted_run_is_resumed_without_a_trace() {
-    let example = Example::new();
+    resumed_without_a_trace(&Example::new());
+}
+
+#[test]
+fn an_interrupted_run_that_keeps_its_feet_is_resumed_without_a_trace() {
+    resumed_without_a_trace(&Example { project_every: 3, ..Example::new() });
+}
+
+/// Where feet are kept for some iterations, what is learned is about as close.
+#[test]
+fn kept_feet_lead_as_close() {
+    let rms = |project_every| {
+        let options = LevelOptions { iterations: [20, 40], ..Example::new().options };
+        let example = Example { project_every, options, ..Example::new() };
+        example.trainer(&NoProgress).train().unwrap().0.report.projection_rms
+    };
+    let (kept, anew) = (rms(5), rms(1));
+    assert!(kept < 1.1 * anew, "{kept} {anew}");
+}
+
+fn resumed_without_a_trace(example: &Example) {
     let (whole, end) = example.trainer(&NoProgress).train().unwrap();
     assert!(!whole.report.interrupted && whole.report.epochs == 13);
     assert_same(&example.resumed(written_and_read(end)), &whole, "from the end");

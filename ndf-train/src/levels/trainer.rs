@@ -114,6 +114,7 @@ type OnRecord<'a> = Box<dyn FnMut(&LevelRecord) + 'a>;
 pub struct LevelTrainer<'a> {
     surface: &'a dyn Surface,
     truth: Option<&'a dyn Surface>,
+    project_every: usize,
     similarity: Similarity,
     base: ManifoldMesh,
     sampler: AreaSampler,
@@ -189,6 +190,7 @@ impl<'a> LevelTrainer<'a> {
         Ok(Self {
             surface,
             truth: None,
+            project_every: 1,
             similarity,
             base,
             sampler,
@@ -212,6 +214,13 @@ impl<'a> LevelTrainer<'a> {
         let surface = self.surface_in(self.iteration);
         self.runs.iter_mut().for_each(|run| run.descent.surface = surface);
         self
+    }
+
+    /// Keeps feet for so many iterations: in between, the surface is taken as its tangent plane there. Projecting every time
+    /// comes a little closer, and is dear on some surfaces.
+    #[must_use]
+    pub fn projecting_every(self, iterations: usize) -> Self {
+        Self { project_every: iterations.max(1), ..self }
     }
 
     /// Calls this with every run at the end of an iteration.
@@ -282,8 +291,8 @@ impl<'a> LevelTrainer<'a> {
     }
 
     fn iterate(&mut self) {
-        let Self { plan, iteration, truth, base, runs, .. } = self;
-        let (iteration, truth) = (*iteration, *truth);
+        let Self { plan, iteration, truth, project_every, base, runs, .. } = self;
+        let (iteration, truth, every) = (*iteration, *truth, *project_every);
         if iteration == plan.trial {
             select(runs, MARGIN);
         }
@@ -307,9 +316,10 @@ impl<'a> LevelTrainer<'a> {
             if !on_grid {
                 run.descent.set_steps(run.price.lambda, STEP_FACTOR);
             } else if iteration == plan.gridded {
-                run.snap_to_grid(lambda);
+                run.snap_to_grid(lambda, every == 1);
             }
-            run.step(lambda, on_grid);
+            let made = iteration + 1;
+            run.step(lambda, on_grid, made.is_multiple_of(every) || made == plan.all);
         });
     }
 
@@ -322,10 +332,10 @@ impl<'a> LevelTrainer<'a> {
         let run = &mut self.runs[0];
         run.follow(false);
         run.descent.set_steps(run.price.lambda, STEP_FACTOR);
-        run.snap_to_grid(run.price.lambda);
-        for _ in 0..LAST_ITERATIONS {
+        run.snap_to_grid(run.price.lambda, self.project_every == 1);
+        for made in 1..=LAST_ITERATIONS {
             run.follow(true);
-            run.step(run.price.lambda, true);
+            run.step(run.price.lambda, true, self.project_every == 1 || made == LAST_ITERATIONS);
         }
     }
 

@@ -17,7 +17,7 @@ use super::{Base, Fit, FitError, Fitted, Notes, OnCheckpoint, OnRecord, PROGRAM,
 use crate::Note;
 use crate::band::Band;
 use crate::model::to_world;
-use crate::presets::BASE_FACES;
+use crate::presets::{BASE_FACES, project_every};
 use crate::size_search::{MAX_ATTEMPTS, SizeSearch};
 
 /// A base mesh, ready for levels.
@@ -193,6 +193,7 @@ impl<'f> Learner<'f, '_> {
             Some(checkpoint) => LevelTrainer::resumed(surface, checkpoint, progress)?,
             None => LevelTrainer::new(surface, base.similarity, &base.boxed, &options, progress)?,
         };
+        trainer = trainer.projecting_every(project_every(self.fit.opened.kind));
         if base.band.is_some() {
             trainer = trainer.finished_on(truth);
         }

@@ -57,12 +57,29 @@ impl Descent<'_> {
         for (hint, foot) in self.hints.iter_mut().zip(&feet) {
             *hint = foot.map_or(*hint, |foot| foot.hint);
         }
-        let place = |foot: Answer| foot.ok().map(|foot| [foot.point, foot.normal]);
-        self.feet = Arc::new(feet.into_iter().map(place).collect());
+        let points = self.points.iter().chain(&view.beyond);
+        let plane = |(&point, foot): (&DVec3, Answer)| {
+            let foot = foot.ok()?;
+            let away = point - self.similarity.to_normalised(foot.point) / self.unit;
+            let distance = away.length();
+            let direction = if distance < CLOSE { foot.normal } else { away / distance };
+            Some([foot.point, foot.normal, direction])
+        };
+        self.feet = Arc::new(points.zip(feet).map(plane).collect());
+        self.is_fresh = true;
         self.measure_seen(&view);
     }
 
-    /// The same with the feet that there are.
+    /// The same, or with distances from the planes through the feet that there are.
+    pub(in crate::levels) fn look(&mut self, anew: bool) {
+        if anew {
+            self.project();
+        } else {
+            self.is_fresh = false;
+            self.measure();
+        }
+    }
+
     pub(super) fn measure(&mut self) {
         let view = self.view();
         self.measure_seen(&view);
@@ -102,14 +119,14 @@ impl Descent<'_> {
             // Vertices of faces without area are not free to go anywhere.
             let held = area.max(least);
             *row = Row { direction: row.direction, distance: 0.0, area: held as f32, weight: 0.0 };
-            let Some([foot, normal]) = *foot else {
+            let Some([foot, normal, direction]) = *foot else {
                 missed += area;
                 continue;
             };
             let away = self.points[i] - self.similarity.to_normalised(foot) / self.unit;
-            let distance = away.length();
-            let direction = if distance < CLOSE { normal } else { away / distance };
-            (row.direction, row.distance) = (direction.as_vec3(), away.dot(direction) as f32);
+            let along = away.dot(direction);
+            let distance = if self.is_fresh { away.length() } else { along.abs() };
+            (row.direction, row.distance) = (direction.as_vec3(), along as f32);
             mean += area * distance;
             square += area * distance * distance;
             if normals[i].dot(normal) >= OPPOSED {
@@ -123,7 +140,7 @@ impl Descent<'_> {
         for (row, ((&v, &direction), (foot, &beyond))) in boundary_rows.iter_mut().zip(boundary) {
             let area = (areas[v as usize] / total) as f32;
             *row = Row { direction: direction.as_vec3(), distance: 0.0, area: 0.0, weight: 0.0 };
-            let Some([end, _]) = foot else { continue };
+            let Some([end, ..]) = foot else { continue };
             let end = self.similarity.to_normalised(*end) / self.unit;
             // A surface that goes on has no end here, which a base mesh may have nevertheless.
             if end.distance(beyond) > GOES_ON * REACH * self.mean_edge {
@@ -143,7 +160,7 @@ impl Descent<'_> {
         let normals = self.hierarchy.level(self.hierarchy.levels()).normals(&self.points);
         let (mut max, mut flipped, mut found) = (0.0_f64, 0, 0);
         for ((point, normal), foot) in self.points.iter().zip(&normals).zip(self.feet.iter()) {
-            if let Some([foot, of_surface]) = foot {
+            if let Some([foot, of_surface, _]) = foot {
                 max = max.max(self.similarity.to_normalised(*foot).distance(*point * self.unit));
                 flipped += usize::from(of_surface.dot(*normal) < 0.0);
                 found += 1;

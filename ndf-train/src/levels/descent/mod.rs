@@ -51,11 +51,20 @@ pub(super) struct State {
     pub(super) levels: Vec<LevelState>,
 }
 
+/// Where a step began.
+pub(super) struct Before {
+    state: State,
+    feet: Arc<Feet>,
+    is_fresh: bool,
+    objective: f64,
+}
+
 /// The numbers of a level: its step, integers, and displacements.
 pub(super) type LevelState = (f64, Vec<i32>, Vec<f64>);
 
-/// Where the points are on the surface, and the normals there, if they have a foot.
-pub(super) type Feet = Vec<Option<[DVec3; 2]>>;
+/// Where the points are on the surface, the normals there, and the direction in which they are away from it, if they have
+/// a foot.
+pub(super) type Feet = Vec<Option<[DVec3; 3]>>;
 
 /// A descent between two iterations, without what follows from it and the base mesh.
 #[derive(Clone, Debug)]
@@ -66,6 +75,7 @@ pub(super) struct Kept {
     pub(super) proximity: f64,
     pub(super) hints: Vec<Hint>,
     pub(super) feet: Arc<Feet>,
+    pub(super) is_fresh: bool,
 }
 
 /// A point of the finest level.
@@ -107,6 +117,8 @@ pub(super) struct Descent<'a> {
     hints: Vec<Hint>,
     /// Of all points, and after them of where the end of the surface is looked for.
     feet: Arc<Feet>,
+    /// Whether they are those of the present points.
+    is_fresh: bool,
     stop: Arc<Stop<'a>>,
     /// Mean and root mean square of the distances, area-weighted, and the share of the area that has no foot.
     pub(super) mean: f64,
@@ -191,6 +203,7 @@ impl<'a> Descent<'a> {
             rows: vec![row; count],
             hints: vec![Hint::NONE; count],
             feet: Arc::new(vec![None; count]),
+            is_fresh: true,
             stop,
             mean: 0.0,
             rms: 0.0,
@@ -215,7 +228,8 @@ impl<'a> Descent<'a> {
             descent.gridded = Some(Gridded::new(&descent.predictor, integers.clone(), weights));
         }
         descent.restore(kept.state);
-        (descent.proximity, descent.hints, descent.feet) = (kept.proximity, kept.hints, kept.feet);
+        (descent.proximity, descent.hints) = (kept.proximity, kept.hints);
+        (descent.feet, descent.is_fresh) = (kept.feet, kept.is_fresh);
         descent.measure();
         descent
     }
@@ -228,6 +242,7 @@ impl<'a> Descent<'a> {
             proximity: self.proximity,
             hints: self.hints.clone(),
             feet: Arc::clone(&self.feet),
+            is_fresh: self.is_fresh,
         }
     }
 
@@ -249,17 +264,24 @@ impl<'a> Descent<'a> {
     }
 
     /// Takes the present numbers, whose objective is `after`, and dares more from then on; or goes back to those of
-    /// before, if theirs was clearly better, and makes smaller moves. Whether it took them.
-    pub(super) fn trust(&mut self, after: f64, (before, objective): (State, f64)) -> bool {
+    /// before with their feet, if theirs was clearly better, and makes smaller moves. Whether it took them.
+    pub(super) fn trust(&mut self, after: f64, before: Before) -> bool {
         let most = if self.gridded.is_some() { MAX_GROWTH_ON_GRID } else { MAX_GROWTH };
-        if after <= most * objective {
+        if after <= most * before.objective {
             self.proximity = (0.5 * self.proximity).max(MIN_PROXIMITY);
             return true;
         }
         self.proximity = (8.0 * self.proximity).min(MAX_PROXIMITY);
-        self.restore(before);
-        self.project();
+        self.restore(before.state);
+        (self.feet, self.is_fresh) = (before.feet, before.is_fresh);
+        self.measure();
         false
+    }
+
+    /// What there is before a step, to go back to.
+    pub(super) fn before(&self, objective: f64) -> Before {
+        let (state, feet) = (self.state(), Arc::clone(&self.feet));
+        Before { state, feet, is_fresh: self.is_fresh, objective }
     }
 
     /// Goes back to these numbers, without projecting.
@@ -284,8 +306,8 @@ impl<'a> Descent<'a> {
     /// Goes on with one level more.
     pub(super) fn refine(&mut self, base: &ManifoldMesh) {
         let count = self.levels.len() + 1;
-        let mut finer =
-            Self::new(self.surface, self.similarity, base, &self.creases, count, Arc::clone(&self.stop));
+        let stop = Arc::clone(&self.stop);
+        let mut finer = Self::without_feet(self.surface, self.similarity, base, &self.creases, count, stop);
         finer.control = std::mem::take(&mut self.control);
         finer.proximity = self.proximity;
         for (to, from) in finer.levels.iter_mut().zip(self.levels.drain(..)) {
