@@ -422,14 +422,25 @@ def features(section, vertex_count, width, coded):
     return rows(numbers, vertex_count, width)
 
 
-class ScalarSet:
-    """Scalars that were learned together."""
+class Channels:
+    """Names of scalars, and what their values mean."""
 
-    def __init__(self, section, vertex_count):
+    def __init__(self, section):
         self.names, self.ranges = [], []
         for _ in range(section.number("I")):
             self.names.append(section.take(section.number("B")).decode("ascii"))
             self.ranges.append(section.numbers("f", 4))
+
+    def values(self, outputs):
+        pairs = zip(outputs, self.ranges)
+        return [min(max(mean + scale * v, low), high) for v, (low, high, mean, scale) in pairs]
+
+
+class ScalarSet(Channels):
+    """Scalars that were learned together by a network."""
+
+    def __init__(self, section, vertex_count):
+        super().__init__(section)
         width = section.number("I")
         activation, indexed, octaves, depth = section.numbers("B", 4)
         require(indexed <= 1, "an unknown channel index")
@@ -445,7 +456,7 @@ class ScalarSet:
             y = [self.network(z, x, (2 * i + 1) / k - 1)[0] for i in range(k)]
         else:
             y = self.network(z, x)
-        return [min(max(mean + scale * v, low), high) for v, (low, high, mean, scale) in zip(y, self.ranges)]
+        return self.values(y)
 
 
 # Levels
@@ -679,13 +690,7 @@ class Levels:
         return mesh, points, mesh.corner_normals(points)
 
     def evaluate(self, face, bary):
-        for _ in self.meshes:
-            child = next((k for k in range(3) if bary[k] >= 1 / 2), 3)
-            if child < 3:
-                bary = [2 * b - (k == child) for k, b in enumerate(bary)]
-            else:
-                bary = [1 - 2 * bary[k - 1] for k in range(3)]
-            face = 4 * face + child
+        face, bary = descend(face, bary, len(self.meshes))
         mesh, points, normals = self.surface
         corners, n = mesh.faces[face], normals[face]
         p = [points[v] for v in corners]
@@ -700,6 +705,171 @@ class Levels:
             middle = weighted_sum((1, p[i]), (1 / 3, side))
             terms.append((3 * bary[i] ** 2 * bary[j] + 6 / 4 * math.prod(bary), middle))
         return weighted_sum(*terms, *((-math.prod(bary), x) for x in p))
+
+
+def descend(face, bary, splits):
+    """The face of the split mesh in which a point lies, and its coordinates there."""
+    for _ in range(splits):
+        child = next((k for k in range(3) if bary[k] >= 1 / 2), 3)
+        if child < 3:
+            bary = [2 * b - (k == child) for k, b in enumerate(bary)]
+        else:
+            bary = [1 - 2 * bary[k - 1] for k in range(3)]
+        face = 4 * face + child
+    return face, bary
+
+
+# Scalars on levels
+
+
+class ScalarLevels(Channels):
+    """Scalars on levels of nodes."""
+
+    def __init__(self, section, faces, vertex_count, image):
+        """`image(face, bary)` is the field."""
+        super().__init__(section)
+        self.splits, (self.step,) = section.number("B"), positive(section.numbers("f", 1))
+        most = 1 << 17 if self.splits else 1 << 20
+        require(self.splits <= 6 and len(faces) << 2 * self.splits <= most, "too many faces for so many splits")
+        meshes = [Mesh(vertex_count, faces)]
+        for _ in range(self.splits):
+            meshes.append(meshes[-1].split())
+        self.mesh = meshes[-1]
+        self.levels, graphs = self.divide(meshes)
+        self.rises = section.numbers("B", len(self.levels))
+        data = section.rest()
+        count = self.mesh.vertex_count * len(self.names)
+        require(count <= (1 << 19) + 1024 * len(data), "too many integers for their bytes")
+        self.read_integers(RangeDecoder(data), graphs)
+        self.image = image
+
+    @staticmethod
+    def divide(meshes):
+        """The nodes of the levels, and their graphs as neighbours of nodes."""
+        levels, graphs = [], []
+        for below, mesh in reversed(list(zip(meshes, meshes[1:]))):
+            levels.append(list(range(below.vertex_count, mesh.vertex_count)))
+            graphs.append(neighbours(mesh.ends))
+        nodes, edges = list(range(meshes[0].vertex_count)), set(map(frozenset, meshes[0].ends))
+        while len(nodes) > 24 and len(levels) < len(meshes) + 40:
+            graph, taker = neighbours(edges), {}
+            for v in nodes:
+                if v not in taker:
+                    taker[v] = v
+                    for u in graph[v]:
+                        taker.setdefault(u, v)
+            taken = [v for v in nodes if taker[v] != v]
+            if not taken:
+                break
+            levels.append(taken)
+            graphs.append(graph)
+            nodes = [v for v in nodes if taker[v] == v]
+            edges = {edge for edge in (frozenset(taker[v] for v in edge) for edge in edges) if len(edge) == 2}
+        levels.append(nodes)
+        graphs.append(neighbours(edges))
+        return levels[::-1], graphs[::-1]
+
+    def read_integers(self, coder, graphs):
+        known, nonzero, of = {}, states(72), [Distribution() for _ in range(72)]
+        for finer, (nodes, graph) in zip(reversed(range(len(self.levels))), zip(self.levels, graphs)):
+            for v in nodes:
+                before = [known[u] for u in graph[v] if u in known]
+                known[v] = []
+                for k in range(len(self.names)):
+                    activity = 4 * sum(min(abs(q[k]), 4096) for q in before) // max(len(before), 1)
+                    context = 12 * min(finer, 5) + min(activity.bit_length(), 11)
+                    known[v].append(coder.integer(of[context]) if coder.decision(nonzero[context]) else 0)
+        coder.end(zeros=True)
+        self.integers = [known[v] for nodes in self.levels for v in nodes]
+
+    def positions(self):
+        """Images of the nodes."""
+        points = {}
+        for face in range(len(self.mesh.faces) >> 2 * self.splits):
+            corners = [[float(i == j) for j in range(3)] for i in range(3)]
+            faces = [corners]
+            for _ in range(self.splits):
+                split = []
+                for a, b, c in faces:
+                    x, y, z = ([(p + q) / 2 for p, q in zip(*ends)] for ends in ((a, b), (b, c), (c, a)))
+                    split += (a, x, z), (x, b, y), (z, y, c), (x, y, z)
+                faces = split
+            for i, corners in enumerate(faces, face << 2 * self.splits):
+                for v, bary in zip(self.mesh.faces[i], corners):
+                    points.setdefault(v, (face, bary))
+        return [self.image(*points[v]) for v in range(self.mesh.vertex_count)]
+
+    def energy(self):
+        """Q as its rows."""
+        points, count = self.positions(), self.mesh.vertex_count
+        laplacian, mass = [defaultdict(float) for _ in range(count)], [0.0] * count
+        for face in self.mesh.faces:
+            for c in range(3):
+                v, w = face[c - 2], face[c - 1]
+                p, q = (weighted_sum((1, points[u]), (-1, points[face[c]])) for u in (v, w))
+                area = math.hypot(*cross(p, q))
+                cotangent = min(max(dot(p, q) / area, -1000.0), 1000.0) if area else 0.0
+                for a, b in ((v, w), (w, v)):
+                    laplacian[a][a] += cotangent
+                    laplacian[a][b] -= cotangent
+                mass[face[c]] += area
+        least = sum(mass) / count / 1000
+        rows = [defaultdict(float) for _ in range(count)]
+        for row, m in zip(laplacian, mass):
+            for v, x in row.items():
+                for w, y in row.items():
+                    rows[v][w] += x * y / max(m, least)
+        return rows
+
+    @functools.cached_property
+    def nodes(self):
+        """Values of all nodes."""
+        rows, values, at = self.energy(), {}, 0
+        for level, (nodes, rise) in enumerate(zip(self.levels, self.rises)):
+            step = self.step * 2 ** (rise / 8)
+            smooth = extension(rows, values) if level else {}
+            for v in nodes:
+                old = smooth.get(v, [0.0] * len(self.names))
+                values[v] = [x + step * q for x, q in zip(old, self.integers[at])]
+                at += 1
+        return values
+
+    def __call__(self, face, bary):
+        face, bary = descend(face, bary, self.splits)
+        corners = [self.nodes[v] for v in self.mesh.faces[face]]
+        return self.values([dot(bary, x) for x in zip(*corners)])
+
+
+def neighbours(edges):
+    found = defaultdict(set)
+    for v, w in edges:
+        found[v].add(w)
+        found[w].add(v)
+    return found
+
+
+def extension(rows, values):
+    """The values of least energy of all other nodes, by elimination in the order of the fewest entries."""
+    matrix = {v: {w: x for w, x in row.items() if w not in values} for v, row in enumerate(rows) if v not in values}
+    right = {}
+    for v in matrix:
+        known = [(-x, values[w]) for w, x in rows[v].items() if w in values]
+        right[v] = [sum(x * u[k] for x, u in known) for k in range(len(next(iter(values.values()))))]
+    eliminated = []
+    while matrix:
+        v = min(matrix, key=lambda u: len(matrix[u]))
+        row = matrix.pop(v)
+        pivot = row.pop(v)
+        eliminated.append((v, pivot, row))
+        for u, x in row.items():
+            del matrix[u][v]
+            for w, y in row.items():
+                matrix[u][w] = matrix[u].get(w, 0.0) - x / pivot * y
+            right[u] = [a - x / pivot * b for a, b in zip(right[u], right[v])]
+    found = {}
+    for v, pivot, row in reversed(eliminated):
+        found[v] = [(b - sum(x * found[u][k] for u, x in row.items())) / pivot for k, b in enumerate(right[v])]
+    return found
 
 
 # Model
@@ -739,7 +909,12 @@ class Model:
             self.read_network(section(b"FEAT"), section(b"NETW"))
         self.metric = read_metric(read[b"METR"]) if b"METR" in read else None
         self.provenance = json.loads(read[b"PROV"].data or "{}") if b"PROV" in read else {}
-        self.scalars = [ScalarSet(Bytes(data), len(self.positions)) for tag, data in sections if tag == b"SCAL"]
+        self.scalars = []
+        for tag, data in sections:
+            if tag == b"SCAL":
+                self.scalars.append(ScalarSet(Bytes(data), len(self.positions)))
+            elif tag == b"SLEV" and version >= 3:
+                self.scalars.append(ScalarLevels(Bytes(data), self.faces, len(self.positions), self.evaluate))
 
     def read_network(self, feat, netw):
         coded, width = self.version >= 2, feat.number("I")
@@ -771,6 +946,11 @@ class Model:
         if self.metric:
             arrays["metric"] = ("f", self.metric)
         for i, scalars in enumerate(self.scalars):
+            if isinstance(scalars, ScalarLevels):
+                arrays[f"scalars.{i}.integers"] = ("i", flat(scalars.integers))
+                arrays[f"scalars.{i}.step"] = ("f", [scalars.step])
+                arrays[f"scalars.{i}.rises"] = ("B", scalars.rises)
+                continue
             arrays[f"scalars.{i}.features"] = ("f", flat(scalars.features))
             networks.append((f"scalars.{i}.network", scalars.network))
         for name, network in networks:
@@ -795,8 +975,11 @@ class Model:
         return [x / self.scale + c for x, c in zip(point, self.centre)]
 
     def evaluate_scalars(self, face, bary):
-        x = self.interpolate(self.positions, face, bary)
-        return [y for s in self.scalars for y in s(self.interpolate(s.features, face, bary), x)]
+        x, values = self.interpolate(self.positions, face, bary), []
+        for s in self.scalars:
+            on_levels = isinstance(s, ScalarLevels)
+            values += s(face, bary) if on_levels else s(self.interpolate(s.features, face, bary), x)
+        return values
 
 
 def read(data):

@@ -19,7 +19,7 @@ use ndf_model::Model;
 use ndf_model::scalars::ScalarShape;
 use ndf_model::{ChannelIndex, NetworkShape};
 use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions};
-use ndf_train::scalars::{ScalarFit, ScalarSettings, fit};
+use ndf_train::scalars::{ScalarBudget, ScalarFit, ScalarLevelOptions, ScalarSettings, fit, fit_levels};
 use serde::{Deserialize, Serialize};
 
 use crate::root;
@@ -64,8 +64,17 @@ pub(crate) struct Options {
 /// An encoding to be tried.
 struct Case {
     label: String,
-    settings: ScalarSettings,
+    form: Form,
 }
+
+/// How fields are stored.
+enum Form {
+    Network(ScalarSettings),
+    Levels(ScalarLevelOptions),
+}
+
+/// Prices of a bit, in squares of the range; the third is the default.
+const PRICES: [f64; 5] = [1e-7, 1e-8, 1e-9, 2e-10, 4e-11];
 
 fn cases(preset: Preset) -> Vec<Case> {
     let start = match preset {
@@ -75,7 +84,7 @@ fn cases(preset: Preset) -> Vec<Case> {
     let case = |label: String, change: &dyn Fn(&mut ScalarShape)| {
         let mut settings = start.clone();
         change(&mut settings.shape);
-        Case { label, settings }
+        Case { label, form: Form::Network(settings) }
     };
     let intrinsic =
         |d: usize| case(format!("intrinsic, d = {d}"), &|s| (s.network.features, s.network.octaves) = (d, 0));
@@ -93,10 +102,17 @@ fn cases(preset: Preset) -> Vec<Case> {
             all.extend([1, 2, 4, 8].map(both));
             all.extend([16, 32, 64, 96, 128].map(coordinates));
             for mut case in [intrinsic(4), coordinates(32)] {
-                case.settings.shape.index = ChannelIndex::Input;
+                if let Form::Network(settings) = &mut case.form {
+                    settings.shape.index = ChannelIndex::Input;
+                }
                 case.label += ", index as input";
                 all.push(case);
             }
+            all.extend(PRICES.map(|price| {
+                let budget = ScalarBudget::Price(price);
+                let options = ScalarLevelOptions { budget, ..ScalarLevelOptions::default() };
+                Case { label: format!("levels, price {price:.0e}"), form: Form::Levels(options) }
+            }));
         }
     }
     all
@@ -137,19 +153,27 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     for path in &options.mesh {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (model, mesh, functions) = eigenfunctions(path, &name)?;
-        for Case { label, mut settings } in cases(options.preset) {
+        for Case { label, form } in cases(options.preset) {
             if !options.only.is_empty() && !options.only.iter().any(|only| label.contains(only)) {
                 continue;
             }
-            settings.bits = if options.lossless { None } else { options.bits.or(settings.bits) };
-            let found = fit(&model, &mesh, &functions, &settings, &NoProgress);
+            let (found, numbers) = match form {
+                Form::Network(mut settings) => {
+                    settings.bits = if options.lossless { None } else { options.bits.or(settings.bits) };
+                    let numbers = settings.bits.map_or("single".into(), |bits| format!("{bits} bits"));
+                    (fit(&model, &mesh, &functions, &settings, &NoProgress), numbers)
+                }
+                Form::Levels(options) => {
+                    (fit_levels(&model, &mesh, &functions, &options, &NoProgress), "integers".into())
+                }
+            };
             let ScalarFit { fields, report } = found.map_err(|e| format!("{name}: {e}"))?;
             let overall = report.overall();
             let run = Run {
                 mesh: name.clone(),
                 training: training.clone(),
                 encoding: label,
-                numbers: settings.bits.map_or("single".into(), |bits| format!("{bits} bits")),
+                numbers,
                 bytes: fields.stored_bytes(),
                 rms: overall.rms,
                 max: overall.max,

@@ -7,8 +7,10 @@ use ndf_core::NoProgress;
 use ndf_core::analytic::Sphere;
 use ndf_mesh::shapes;
 use ndf_model::file::{Precision, StoredBase};
-use ndf_mesh::ManifoldMesh;
-use ndf_model::{DisplacementField, FieldShape, Model};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_mesh::io::VertexScalars;
+use ndf_model::{DisplacementField, FieldShape, Model, SurfaceScalars};
+use ndf_train::scalars::{ScalarLevelOptions, fit_levels as fit_levels_of_scalars};
 use ndf_train::levels::{LevelOptions, fit_levels};
 
 fn main() -> std::io::Result<()> {
@@ -37,7 +39,20 @@ fn models() -> Vec<(&'static str, Vec<u8>)> {
     let sphere = Sphere::UNIT;
     let levels = fit_levels(&sphere, &sphere, similarity, model.field.base(), &options, &NoProgress);
     let levels = Model { field: levels.expect("a sphere has levels").field, ..model.clone() };
-    vec![("plain.ndf", model.to_bytes()), ("rounded.ndf", rounded.to_bytes()), ("levels.ndf", levels.to_bytes()), ("tensors", tensors)]
+    let on_levels = Model { scalars: vec![scalars(&model)], ..model.clone() };
+    let scalars = ("scalars.ndf", on_levels.to_bytes());
+    vec![scalars, ("plain.ndf", model.to_bytes()), ("rounded.ndf", rounded.to_bytes()), ("levels.ndf", levels.to_bytes()), ("tensors", tensors)]
+}
+
+/// Height on levels.
+fn scalars(model: &Model) -> SurfaceScalars {
+    let base = model.field.base();
+    let positions = base.positions().iter().map(|&p| model.similarity.to_world(p)).collect();
+    let mesh = TriangleMesh::new(positions, base.faces().to_vec()).expect("the vertices are the same");
+    let values = mesh.positions().iter().map(|p| p.z as f32).collect();
+    let height = [VertexScalars { name: "height".to_owned(), values }];
+    let found = fit_levels_of_scalars(model, &mesh, &height, &ScalarLevelOptions::default(), &NoProgress);
+    found.expect("a sphere has heights").fields
 }
 
 /// A tetrahedron in every format.

@@ -1,7 +1,7 @@
 //! Files of every version of the format that was released are read, and stand for the surface that they stood for.
 //!
-//! `golden/` holds one model in versions 1 and 2, the latter with a scalar field, and one of levels with creases in
-//! version 3.
+//! `golden/` holds one model in versions 1 and 2, the latter with a scalar field, and in version 3 one of levels with
+//! creases and one of levels with scalars on levels.
 //! Their points were evaluated by `docs/read_ndf.py`, which shares no code with this crate.
 
 #![allow(clippy::unwrap_used, reason = "all of this file is test code")]
@@ -73,5 +73,20 @@ fn levels_evaluate_to_the_same_points() {
         let found = model.similarity.to_world(model.field.map(&[sample])[0]);
         let point = DVec3::new(n[4], n[5], n[6]);
         assert!(found.distance(point) < 1e-9, "{sample:?}: {found} {point}");
+    }
+}
+
+#[test]
+fn scalars_on_levels_evaluate_to_the_same_values() {
+    let model = read("scalars_version_3.ndf");
+    assert_eq!(model.to_bytes(), include_bytes!("golden/scalars_version_3.ndf"));
+    let lines = include_str!("golden/scalar_points.txt").lines().filter(|line| !line.starts_with('#'));
+    for line in lines {
+        let n: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        let sample = FacePoint { face: Face(n[0] as u32), barycentric: [n[1], n[2], n[3]] };
+        let found = model.scalars[0].evaluate(model.field.base(), &[sample]);
+        for (found, truth) in found.iter().zip(&n[7..]) {
+            assert!((f64::from(*found) - truth).abs() < 1e-5, "{sample:?}: {found} {truth}");
+        }
     }
 }

@@ -221,6 +221,9 @@ pub enum SettingsError {
     /// Batches that are too large for scalar fields.
     #[error("more than 16 million samples in a batch are not supported")]
     ScalarSamples,
+    /// Bytes, errors or prices of scalars on levels.
+    #[error("bytes, error and price of scalars must be positive")]
+    ScalarBudget,
     /// Samples times features.
     #[error("samples × features must not exceed 2³⁰")]
     Products,

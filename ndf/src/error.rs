@@ -318,6 +318,7 @@ fn scalars(error: &ScalarError) -> &'static str {
         ScalarError::NoArea | ScalarError::NoBaseArea => "no_area",
         ScalarError::Far { .. } => "out_of_reach",
         ScalarError::Diverged { .. } => "diverged",
+        ScalarError::Cancelled(_) => "cancelled",
         ScalarError::Stored(error) => PartDefect::from(error.clone()).code(),
     }
 }

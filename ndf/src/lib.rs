@@ -19,7 +19,8 @@
 //! - **Opening**: [`open()`], [`open_mesh`], [`open_cloud`], [`Opened::from_surface`]; [`describe()`] says what a file
 //!   holds.
 //! - **Learning**: [`Fit`], with the [defaults of every kind](presets).
-//! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars`] learns scalars on them.
+//! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars_on_levels`] and [`store_scalars`] keep
+//!   scalars on them.
 //! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model.
 //!
 //! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can
@@ -53,7 +54,7 @@ pub use note::{NotDecimated, Note};
 pub use open::{OpenError, OpenOptions, describe, open, open_bytes, open_cloud, open_mesh, open_with};
 pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
-pub use scalars::{store_scalars, stored_scalars};
+pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
     DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, NoTriangulation, Place, Triangles,
     Triangulated,

@@ -4,7 +4,9 @@ use ndf_core::Progress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_model::{Model, SurfaceScalars};
-use ndf_train::scalars::{ScalarError, ScalarFit, ScalarReport, ScalarSettings, fit};
+use ndf_train::scalars::{
+    ScalarError, ScalarFit, ScalarLevelOptions, ScalarReport, ScalarSettings, fit, fit_levels,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -44,7 +46,7 @@ pub struct ScalarFigures {
     pub seconds: f64,
     /// Of these, spent on drawing samples.
     pub seconds_sampling: f64,
-    /// Epochs made.
+    /// Epochs made; on levels, sweeps.
     pub epochs: usize,
     /// Root of the mean of the scalars' squared errors.
     pub rms_error: f64,
@@ -52,10 +54,12 @@ pub struct ScalarFigures {
     pub max_error: f64,
     /// The scalars.
     pub scalars: Vec<ScalarFigure>,
-    /// Features of every base vertex.
+    /// Features of every base vertex; on levels there are none.
     pub features: usize,
     /// Weights and biases of the network.
     pub network_parameters: usize,
+    /// Nodes of the levels.
+    pub nodes: usize,
     /// Root of the mean squared distance from the surface to the mesh of the values.
     pub distance_rms: f64,
     /// The largest of these distances.
@@ -96,7 +100,31 @@ pub fn store_scalars(
     if report.interrupted {
         return Err(ScalarsError::Cancelled { epochs: report.epochs, of: settings.epochs });
     }
-    let figures = figures(&fields, &report);
+    store(model, fields, &report, settings)
+}
+
+/// As [`store_scalars`], as integers on levels: the same error in a fraction of the bytes.
+///
+/// # Errors
+/// If they cannot be found or stored, or the observer asks to stop; then the model is as it was.
+pub fn store_scalars_on_levels(
+    model: &mut Model,
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    options: &ScalarLevelOptions,
+    progress: &dyn Progress,
+) -> Result<ScalarFigures, ScalarsError> {
+    let ScalarFit { fields, report } = fit_levels(model, mesh, scalars, options, progress)?;
+    store(model, fields, &report, options)
+}
+
+fn store(
+    model: &mut Model,
+    fields: SurfaceScalars,
+    report: &ScalarReport,
+    settings: &impl Serialize,
+) -> Result<ScalarFigures, ScalarsError> {
+    let figures = figures(&fields, report);
     put(model, fields)?;
     add_to_provenance(model, settings, &figures);
     Ok(figures)
@@ -122,7 +150,7 @@ fn put(model: &mut Model, fields: SurfaceScalars) -> Result<(), ScalarsError> {
 }
 
 /// Notes in the model how its scalars were learned: briefly, since the file is small.
-fn add_to_provenance(model: &mut Model, settings: &ScalarSettings, figures: &ScalarFigures) {
+fn add_to_provenance(model: &mut Model, settings: &impl Serialize, figures: &ScalarFigures) {
     let mut provenance: Value = serde_json::from_str(&model.provenance).unwrap_or_else(|_| json!({}));
     let Some(object) = provenance.as_object_mut() else { return };
     let names: Vec<&str> = figures.scalars.iter().map(|s| s.name.as_str()).collect();
@@ -149,8 +177,9 @@ fn figures(fields: &SurfaceScalars, report: &ScalarReport) -> ScalarFigures {
         rms_error: overall.rms,
         max_error: overall.max,
         scalars: channels.map(scalar).collect(),
-        features: fields.network().shape().features,
-        network_parameters: fields.network().mlp().parameters().len(),
+        features: fields.network().map_or(0, |network| network.shape().features),
+        network_parameters: fields.network().map_or(0, |network| network.mlp().parameters().len()),
+        nodes: fields.levels().map_or(0, |levels| levels.mesh().nesting.len()),
         distance_rms: report.distance_rms,
         distance_max: report.distance_max,
         bytes: fields.stored_bytes(),

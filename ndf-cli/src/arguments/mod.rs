@@ -7,7 +7,7 @@ mod training;
 mod triangulation;
 
 pub use edge_length::EdgeLength;
-pub use numbers::{bits, length, seconds};
+pub use numbers::{bits, length, seconds, share};
 pub use reading::Reading;
 pub use training::{PresetName, Training};
 pub use triangulation::TriangulationArguments;

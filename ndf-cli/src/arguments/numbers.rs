@@ -38,7 +38,7 @@ pub(super) fn weight(text: &str) -> Result<f32, String> {
 }
 
 /// A share of something, as a number or in per cent.
-pub(super) fn share(text: &str) -> Result<f64, String> {
+pub fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
     let share = number.parse().map(|x: f64| x * unit).ok().filter(|x| *x > 0.0 && *x < 1.0);
     share.ok_or_else(|| "expected a share such as 0.02% or 0.0002".to_owned())

@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         })?
     };
     if let Some(bits) = arguments.bits {
-        if model.field.network().is_none() && model.scalars.is_empty() {
+        if model.field.network().is_none() && model.scalars.iter().all(|fields| fields.network().is_none()) {
             let failure = Failure::new(format!("{input}: nothing to round, since levels are integers"));
             return Err(
                 failure.try_instead("leave --bits out, or learn a smaller model with `ndf fit --size`")

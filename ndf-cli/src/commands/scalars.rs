@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use ndf::scalars::{ScalarFigures, ScalarsError};
-use ndf::{Model, ModelExt, Preset, begins_as_model, store_scalars, stored_scalars};
+use ndf::{Model, ModelExt, Preset, begins_as_model, store_scalars, store_scalars_on_levels, stored_scalars};
 use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
-use ndf_train::scalars::ScalarSettings;
+use ndf_train::scalars::{ScalarBudget, ScalarError, ScalarLevelOptions, ScalarSettings};
 use serde_json::{Value, json};
 
-use crate::arguments::{EdgeLength, PresetName, bits};
+use crate::arguments::{EdgeLength, PresetName, bits, share};
 use crate::context::Context;
 use crate::files::{read_faces, read_model};
 use crate::interrupt;
@@ -41,6 +41,32 @@ pub struct FitArguments {
     /// Learn this scalar only; may be given several times.
     #[arg(long, value_name = "NAME")]
     scalar: Vec<String>,
+    /// How to store them [default: levels; with settings of networks: network].
+    #[arg(long, value_enum)]
+    field: Option<FormName>,
+    /// At most how many bytes they may take on levels; names and ranges count.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    size: Option<u32>,
+    /// The root mean square error they may have on levels, a share of their ranges such as 0.1%.
+    #[arg(long, value_name = "X", conflicts_with = "size", value_parser = share)]
+    error: Option<f64>,
+    #[command(flatten)]
+    network: Network,
+}
+
+/// How scalars are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormName {
+    /// A network with features at the base vertices, as in the paper.
+    Network,
+    /// Integers on levels of nodes: the same error in a fraction of the bytes.
+    Levels,
+}
+
+/// How to train a network.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+#[group(skip)]
+struct Network {
     /// Settings to start from.
     #[arg(long, value_enum, default_value_t)]
     preset: PresetName,
@@ -82,7 +108,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
 }
 
-impl FitArguments {
+impl Network {
     fn settings(&self, seed: u64) -> ScalarSettings {
         let mut settings = ScalarSettings { seed, ..Preset::from(self.preset).scalar_settings() };
         if let Some(features) = self.features {
@@ -96,6 +122,31 @@ impl FitArguments {
         }
         settings.bits = self.bits.or(settings.bits);
         settings
+    }
+}
+
+impl FitArguments {
+    /// What to find on levels, if they are to be on levels.
+    fn levels(&self, seed: u64) -> Result<Option<ScalarLevelOptions>, Failure> {
+        let budget = match (self.size, self.error) {
+            (Some(bytes), _) => ScalarBudget::Bytes(bytes as usize),
+            (None, Some(error)) => ScalarBudget::Error(error),
+            (None, None) => ScalarLevelOptions::default().budget,
+        };
+        let is_budgeted = self.size.is_some() || self.error.is_some();
+        match (self.field, self.network != Network::default()) {
+            (Some(FormName::Network), _) | (None, true) if is_budgeted => {
+                let failure = Failure::new("--size and --error are for scalars on levels");
+                Err(failure.try_instead("--features and --bits for a network"))
+            }
+            (Some(FormName::Network), _) | (None, true) => Ok(None),
+            (Some(FormName::Levels), true) => {
+                let failure =
+                    Failure::new("scalars on levels have no --epochs and other settings of networks");
+                Err(failure.try_instead("leave them out, or --field network"))
+            }
+            _ => Ok(Some(ScalarLevelOptions { budget, seed, ..ScalarLevelOptions::default() })),
+        }
     }
 
     /// The scalars to be learned.
@@ -126,13 +177,20 @@ fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failu
     let mut file = read_faces(&arguments.values, context)?;
     let mesh = std::mem::take(&mut file.mesh);
     let scalars = arguments.wanted(file)?;
-    let settings = arguments.settings(context.seed());
+    let levels = arguments.levels(context.seed())?;
     let progress = context.progress().cancelled_by(interrupt::flag());
-    let stored = store_scalars(&mut model, &mesh, &scalars, &settings, &progress);
+    let stored = match levels {
+        Some(options) => store_scalars_on_levels(&mut model, &mesh, &scalars, &options, &progress),
+        None => {
+            let settings = arguments.network.settings(context.seed());
+            store_scalars(&mut model, &mesh, &scalars, &settings, &progress)
+        }
+    };
     drop(progress);
     let figures = stored.map_err(|error| {
         let (values, model) = (arguments.values.display(), arguments.model.display());
         match error {
+            ScalarsError::Learning(error @ ScalarError::Cancelled(_)) => Failure::new(error.to_string()),
             ScalarsError::Learning(error) => {
                 Failure::new(format!("cannot learn the scalars of {values} on {model}: {error}"))
             }
@@ -157,6 +215,7 @@ fn summary(figures: &ScalarFigures, model: &Model) -> String {
     const LISTED: usize = 20;
     let percent = |share: f64| format!("{:.3} %", 100.0 * share);
     let errors = |rms: f64, max: f64| format!("{} rms, {} at most", percent(rms), percent(max));
+    let of = if figures.nodes == 0 { "epochs" } else { "sweeps" };
     let mut rows = vec![
         ("scalars", figures.scalars.len().to_string()),
         (
@@ -169,12 +228,15 @@ fn summary(figures: &ScalarFigures, model: &Model) -> String {
         ),
         (
             "stored as",
-            format!(
-                "{} bytes: {} features a base vertex, {} parameters",
-                grouped(figures.bytes),
-                figures.features,
-                grouped(figures.network_parameters)
-            ),
+            match figures.nodes {
+                0 => format!(
+                    "{} bytes: {} features a base vertex, {} parameters",
+                    grouped(figures.bytes),
+                    figures.features,
+                    grouped(figures.network_parameters)
+                ),
+                nodes => format!("{} bytes: levels of {} nodes", grouped(figures.bytes), grouped(nodes)),
+            },
         ),
         (
             "their mesh",
@@ -185,7 +247,7 @@ fn summary(figures: &ScalarFigures, model: &Model) -> String {
                 readable(model.similarity.length_to_world(3.0))
             ),
         ),
-        ("training", format!("{} epochs in {:.1} s", grouped(figures.epochs), figures.seconds)),
+        ("training", format!("{} {of} in {:.1} s", grouped(figures.epochs), figures.seconds)),
     ];
     for scalar in figures.scalars.iter().take(LISTED) {
         let [min, max] = [scalar.min, scalar.max].map(|x| readable(f64::from(x)));

@@ -61,8 +61,14 @@ fn docs_reader_reads_what_is_written() {
     run(&[&["scalars", "fit", "coded.ndf", "modes.ply", "-o", "outputs.ndf"], &scalars[..]].concat());
     let paper = ["-o", "inputs.ndf", "--preset", "paper"];
     run(&[&["scalars", "fit", "coded.ndf", "modes.ply"], &paper[..], &scalars[..]].concat());
+    // Integers on levels, of a base mesh that plain Python has elements enough for.
+    let few =
+        ["fit", "torus.ply", "-o", "few.ndf", "--epochs", "20", "--samples", "512", "--base-faces", "60"];
+    run(&[&few[..], &["--quiet"]].concat());
+    run(&["spectrum", "few.ndf", "-o", "few.ply", "--modes", "3", "--edge-length", "0.1"]);
+    run(&["scalars", "fit", "few.ndf", "few.ply", "-o", "integers.ndf", "--quiet"]);
 
-    for (name, arrays) in [("plain", 10), ("coded", 10), ("outputs", 17), ("inputs", 17)] {
+    for (name, arrays) in [("plain", 10), ("coded", 10), ("outputs", 17), ("inputs", 17), ("integers", 13)] {
         let (model, tensors) = (format!("{name}.ndf"), format!("{name}.safetensors"));
         run(&["convert", &model, "-o", &tensors]);
         let Some(compared) = read(&folder.0, &[&model, "--compare", &tensors], "") else {

@@ -78,6 +78,47 @@ fn distances_and_modes_are_stored_and_come_back() {
     assert!(ndf(&folder.0, &relative).stdout.contains("distance"));
 }
 
+/// On levels, which is what is done where no network is asked for: fewer bytes and less error, and budgets are kept.
+#[test]
+fn levels_keep_to_size_and_error_and_go_through_every_command() {
+    let folder = folder("scalar-levels");
+    let levels = learn(&folder, "torus.ndf", "modes.ply", "levels.ndf", &["--json"]).json();
+    let network = learn(&folder, "torus.ndf", "modes.ply", "network.ndf", &QUICK).json();
+    let number = |v: &Value, key: &str| v[key].as_f64().unwrap();
+    assert!(number(&levels, "bytes") < 0.3 * number(&network, "bytes"), "{levels}");
+    assert!(number(&levels, "rms_error") < number(&network, "rms_error"), "{levels}");
+    assert_eq!((&levels["features"], levels["nodes"].as_u64().unwrap() > 400), (&Value::from(0), true));
+    let info = ndf(&folder.0, &["info", "levels.ndf", "--json"]).json();
+    assert_eq!(info["bytes"]["scalars"], levels["bytes"]);
+
+    let small = learn(&folder, "torus.ndf", "modes.ply", "small.ndf", &["--size", "300", "--json"]).json();
+    assert!(number(&small, "bytes") <= 300.0 && number(&small, "rms_error") > number(&levels, "rms_error"));
+    let coarse = learn(&folder, "torus.ndf", "modes.ply", "coarse.ndf", &["--error", "1%", "--json"]).json();
+    assert!(number(&coarse, "rms_error") <= 0.0105, "{coarse}");
+
+    let eval = ["scalars", "eval", "levels.ndf", "-o", "out.ply", "--edge-length", "0.06"];
+    assert_eq!(ndf(&folder.0, &eval).code, 0);
+    let read = |name: &str| read_mesh(folder.0.join(name)).unwrap().scalars;
+    for (found, truth) in read("out.ply").iter().zip(read("modes.ply")).skip(1) {
+        let worst = found.values.iter().zip(&truth.values).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let most = truth.values.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        assert!(found.name == truth.name && worst < 0.05 * most, "{} {worst} {most}", found.name);
+    }
+    for (from, to) in [("levels.ndf", "t.safetensors"), ("t.safetensors", "again.ndf")] {
+        assert_eq!(ndf(&folder.0, &["convert", from, "-o", to]).code, 0);
+    }
+    let bytes = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(bytes("again.ndf") == bytes("levels.ndf"));
+    for (arguments, said) in [
+        (&["--field", "levels", "--epochs", "5"][..], "--field network"),
+        (&["--field", "network", "--size", "1000"], "--features"),
+        (&["--error", "1%", "--features", "2"], "for scalars on levels"),
+    ] {
+        let run = learn(&folder, "torus.ndf", "modes.ply", "none.ndf", arguments);
+        assert!(run.stderr.contains(said), "{arguments:?} {}", run.stderr);
+    }
+}
+
 #[test]
 fn the_seed_decides_every_byte_of_scalars_and_the_threads_none() {
     let folder = folder("scalar-seeds");

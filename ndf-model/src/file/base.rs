@@ -39,6 +39,14 @@ pub(super) fn in_file_order(base: &ManifoldMesh) -> (ManifoldMesh, BaseOrder) {
     order.map_or_else(|| (base.clone(), BaseOrder::identity(base)), |order| (reordered(base, &order), order))
 }
 
+/// The mesh with vertices and faces as they come out of a file, of a field with levels or of a network.
+pub(super) fn as_written(base: &ManifoldMesh, levelled: bool) -> (ManifoldMesh, BaseOrder) {
+    if !levelled && base.face_count() > 1 << 16 && coded(base).is_none() {
+        return (base.clone(), BaseOrder::identity(base));
+    }
+    in_file_order(base)
+}
+
 fn plain(base: &ManifoldMesh) -> Vec<u8> {
     let mut w = Writer::default();
     w.u8(PLAIN);

@@ -9,7 +9,7 @@ use crate::metric::MetricError;
 use crate::scalars::ScalarsError;
 use crate::similarity::SimilarityError;
 
-/// The version of files with levels or a metric. All up to it are read.
+/// The version of files with levels, of the field or of scalars, or a metric. All up to it are read.
 pub(super) const VERSION: u32 = 3;
 /// The version of other files, which programs before version 3 read.
 pub(super) const WITHOUT_LEVELS: u32 = 2;
@@ -80,7 +80,11 @@ impl PartDefect {
             Self::Similarity(_) | Self::Metric(_) => "invalid_value",
             Self::Shape(_) | Self::Network(NetworkError::Shape(_)) => "too_large",
             Self::Scalars(ScalarsError::Network(error)) => Self::Network(error.clone()).code(),
-            Self::Scalars(ScalarsError::TooMany(_)) => "too_large",
+            Self::Scalars(ScalarsError::TooMany(_) | ScalarsError::Nodes | ScalarsError::Irregular) => {
+                "too_large"
+            }
+            Self::Scalars(ScalarsError::NotFinite) => "not_finite",
+            Self::Scalars(ScalarsError::Integers) => "mismatch",
             Self::Scalars(_) => "invalid_value",
             Self::Network(NetworkError::Count { .. } | NetworkError::NoNetwork) => "mismatch",
             Self::Levels(

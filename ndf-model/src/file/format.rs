@@ -10,10 +10,11 @@ use super::base::ReadBase;
 use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION, WITHOUT_LEVELS};
 use super::levels::LevelCoder;
-use super::{base, container, levels, metric, network, scalars};
+use super::{base, container, levels, metric, network, scalar_levels, scalars};
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::levels::Levels;
 use crate::model::Model;
+use crate::scalars::{Form, SurfaceScalars};
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
 
@@ -44,7 +45,9 @@ impl Model {
 
     /// The bytes of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let is_new = self.field.levels().is_some() || self.metric.is_some();
+        let has_levels =
+            self.field.levels().is_some() || self.scalars.iter().any(|fields| fields.levels().is_some());
+        let is_new = has_levels || self.metric.is_some();
         let version = if is_new { VERSION } else { WITHOUT_LEVELS };
         container::join(version, &self.sections())
     }
@@ -87,8 +90,15 @@ impl Model {
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
-        let scalars = sections.iter().filter(|(tag, _)| tag == scalars::TAG.as_bytes());
-        let scalars = scalars.map(|(_, p)| scalars::read(Reader::new(scalars::TAG, p), vertices));
+        let scalars = sections.iter().filter_map(|(tag, p)| match tag {
+            _ if tag == scalars::TAG.as_bytes() => {
+                Some(scalars::read(Reader::new(scalars::TAG, p), vertices))
+            }
+            _ if tag == scalar_levels::TAG.as_bytes() && version >= VERSION => {
+                Some(scalar_levels::read(Reader::new(scalar_levels::TAG, p), &field))
+            }
+            _ => None,
+        });
         let scalars = scalars.collect::<Result<_, _>>()?;
         Ok(Self { field, similarity, metric, scalars, provenance })
     }
@@ -112,7 +122,7 @@ impl Model {
                 "NETW" => sizes.network = payload.len(),
                 levels::TAG => sizes.levels = payload.len(),
                 metric::TAG => sizes.metric = payload.len(),
-                scalars::TAG => sizes.scalars += payload.len(),
+                scalars::TAG | scalar_levels::TAG => sizes.scalars += payload.len(),
                 _ => {}
             }
         }
@@ -146,8 +156,7 @@ impl Model {
         }
         sections.extend(self.metric.map(|metric| (metric::TAG, metric::write(metric))));
         sections.push(("PROV", self.provenance.as_bytes().to_vec()));
-        let scalars = self.scalars.iter().map(|fields| scalars::write(&fields.reordered(&order)));
-        sections.extend(scalars.map(|payload| (scalars::TAG, payload)));
+        sections.extend(self.scalars.iter().map(|fields| section(&fields.reordered(&order))));
         sections
     }
 
@@ -156,6 +165,21 @@ impl Model {
         w.f64(self.similarity.scale());
         self.similarity.center().to_array().into_iter().for_each(|x| w.f64(x));
         w.0
+    }
+}
+
+/// The section of scalars whose base vertices are in the order of the file.
+fn section(fields: &SurfaceScalars) -> (&'static str, Vec<u8>) {
+    match fields.form() {
+        Form::Network(network) => (scalars::TAG, scalars::write(fields.channels(), network)),
+        Form::Levels(levels) => (scalar_levels::TAG, scalar_levels::write(fields.channels(), levels)),
+    }
+}
+
+impl SurfaceScalars {
+    /// Bytes that these fields take in a model file.
+    pub fn stored_bytes(&self) -> usize {
+        section(self).1.len()
     }
 }
 

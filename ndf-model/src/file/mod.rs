@@ -13,6 +13,7 @@ mod network;
 mod numbers;
 mod precision;
 mod range_coder;
+mod scalar_levels;
 mod scalars;
 mod tensors;
 #[cfg(test)]

@@ -180,10 +180,10 @@ impl DisplacementField {
 }
 
 impl SurfaceScalars {
-    /// The fields with features and network of this precision; ranges and names stay.
+    /// The fields with features and network of this precision; ranges and names stay, and so does what is on levels.
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        self.with_network(self.network().rounded(precision))
+        self.network().map_or_else(|| self.clone(), |network| self.with_network(network.rounded(precision)))
     }
 }
 
@@ -191,10 +191,8 @@ impl Model {
     /// The model with its field and its scalar fields [rounded](DisplacementField::rounded).
     #[must_use]
     pub fn rounded(&self, precision: Precision) -> Self {
-        Self {
-            field: self.field.rounded(precision),
-            scalars: self.scalars.iter().map(|fields| fields.rounded(precision)).collect(),
-            ..self.clone()
-        }
+        let field = self.field.rounded(precision);
+        let scalars = self.scalars.iter().map(|fields| fields.rounded(precision).moved_to(&field)).collect();
+        Self { field, scalars, ..self.clone() }
     }
 }

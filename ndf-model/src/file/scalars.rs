@@ -1,4 +1,4 @@
-//! The `SCAL` section: scalar fields as bytes. All numbers little-endian:
+//! The `SCAL` section: scalar fields of a network as bytes. All numbers little-endian:
 //!
 //! | type | what |
 //! |---|---|
@@ -17,23 +17,17 @@
 use super::bytes::{Reader, Writer};
 use super::error::{ModelError, VERSION};
 use super::network;
-use crate::intrinsic_network::ChannelIndex;
+use crate::intrinsic_network::{ChannelIndex, IntrinsicNetwork};
 use crate::scalars::{Channel, MAX_CHANNELS, ScalarShape, SurfaceScalars};
 use ndf_mesh::io::FileDefect;
 
 /// Tag of the section.
 pub(super) const TAG: &str = "SCAL";
 
-/// The section of these fields.
-pub(super) fn write(fields: &SurfaceScalars) -> Vec<u8> {
+/// The section of fields of this network.
+pub(super) fn write(channels: &[Channel], network: &IntrinsicNetwork) -> Vec<u8> {
     let mut w = Writer::default();
-    w.u32(fields.channels().len() as u32);
-    for Channel { name, range, mean, deviation } in fields.channels() {
-        w.u8(name.len() as u8);
-        w.0.extend(name.as_bytes());
-        w.f32s([range[0], range[1], *mean, *deviation]);
-    }
-    let network = fields.network();
+    write_channels(&mut w, channels);
     network::write_dimension(&mut w, network);
     network::write_shape(&mut w, network, u8::from(network.passes().index() == ChannelIndex::Input));
     network::write_parameters(&mut w, network);
@@ -41,14 +35,29 @@ pub(super) fn write(fields: &SurfaceScalars) -> Vec<u8> {
     w.0
 }
 
-/// Reads the section, over a base mesh of so many vertices. Allocates no more than a small multiple of the bytes.
-pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceScalars, ModelError> {
+/// Writes the channels.
+pub(super) fn write_channels(w: &mut Writer, channels: &[Channel]) {
+    w.u32(channels.len() as u32);
+    for Channel { name, range, mean, deviation } in channels {
+        w.u8(name.len() as u8);
+        w.0.extend(name.as_bytes());
+        w.f32s([range[0], range[1], *mean, *deviation]);
+    }
+}
+
+/// Reads the channels.
+pub(super) fn read_channels(r: &mut Reader<'_>) -> Result<Vec<Channel>, ModelError> {
     let count = r.u32()? as usize;
     if count > MAX_CHANNELS {
         let text = format!("{count} scalar fields announced; at most {MAX_CHANNELS} are supported");
         return Err(r.defect(FileDefect::too_large(text)));
     }
-    let channels: Vec<Channel> = (0..count).map(|_| read_channel(&mut r)).collect::<Result<_, _>>()?;
+    (0..count).map(|_| read_channel(r)).collect()
+}
+
+/// Reads the section, over a base mesh of so many vertices. Allocates no more than a small multiple of the bytes.
+pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceScalars, ModelError> {
+    let channels = read_channels(&mut r)?;
     let dimension = network::read_dimension(&mut r)?;
     let (network, index) = network::read_shape(&mut r, dimension)?;
     let index = match index {
@@ -65,13 +74,6 @@ pub(super) fn read(mut r: Reader<'_>, base_vertices: usize) -> Result<SurfaceSca
     let features = network::read_features(&mut r, dimension, base_vertices, VERSION)?;
     r.end()?;
     SurfaceScalars::new(channels, shape, base_vertices, features, parameters).map_err(|e| r.defect(e))
-}
-
-impl SurfaceScalars {
-    /// Bytes that these fields take in a model file.
-    pub fn stored_bytes(&self) -> usize {
-        write(self).len()
-    }
 }
 
 fn read_channel(r: &mut Reader<'_>) -> Result<Channel, ModelError> {
@@ -93,6 +95,10 @@ mod tests {
 
     const VERTICES: usize = 12;
 
+    fn write(fields: &SurfaceScalars) -> Vec<u8> {
+        super::write(fields.channels(), fields.network().unwrap())
+    }
+
     fn examples() -> [SurfaceScalars; 2] {
         let mut small = ScalarShape::default();
         small.network = NetworkShape { features: 2, hidden: vec![3], ..small.network };
@@ -108,8 +114,8 @@ mod tests {
             let again = read(Reader::new(TAG, &bytes), VERTICES).unwrap();
             assert_eq!(write(&again), bytes);
             assert_eq!((again.channels(), again.shape()), (fields.channels(), fields.shape()));
-            assert_eq!(again.network().features(), fields.network().features());
-            assert_eq!(again.network().mlp(), fields.network().mlp());
+            let [again, network] = [&again, &fields].map(|f| f.network().unwrap());
+            assert_eq!((again.features(), again.mlp()), (network.features(), network.mlp()));
         }
     }
 
@@ -120,7 +126,7 @@ mod tests {
             for length in 0..bytes.len() {
                 assert!(read(Reader::new(TAG, &bytes[..length]), VERTICES).is_err(), "{length} bytes");
             }
-            if fields.shape().network.features > 0 {
+            if fields.shape().unwrap().network.features > 0 {
                 assert!(read(Reader::new(TAG, &bytes), VERTICES - 1).is_err());
                 assert!(read(Reader::new(TAG, &bytes), usize::MAX).is_err());
             }

@@ -11,13 +11,15 @@
 //! | `levels.creases`, `levels.corners` | I32 \[any\] | numbers of the edges and vertices at which the base mesh is sharp |
 //! | `levels.1.displacements`, `levels.1.step`, … | I32 \[edges below\], F32 \[1\] | levels from the coarsest on |
 //! | `metric` | F32 \[2\] | where there is one: area of the true surface in the box, exponent of distances |
-//! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields |
+//! | `scalars.0.features`, `scalars.0.network.0.weight`, … | | the same of every set of scalar fields of a network |
+//! | `scalars.0.integers`, `scalars.0.step`, `scalars.0.rises` | I32 \[nodes, K\], F32 \[1\], U8 \[levels\] | of a set on levels, in the order of the file |
 //!
 //! The metadata `ndf` is a JSON object: `shape` of the field's network or the number of its `levels`, `scalars`
-//! (`shape` and `channels` of every set) and `provenance`.
+//! (`shape` or `splits`, and `channels` of every set) and `provenance`.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
@@ -28,7 +30,7 @@ use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
 use crate::levels::{Level, Levels, MAX_LEVELS};
 use crate::metric::Metric;
 use crate::model::Model;
-use crate::scalars::{Channel, ScalarShape, SurfaceScalars};
+use crate::scalars::{Channel, Form, NodeMesh, ScalarNumbers, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
 use ndf_mesh::io::FileDefect;
@@ -53,7 +55,10 @@ struct Metadata {
 
 #[derive(Serialize, Deserialize)]
 struct Fields {
-    shape: ScalarShape,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    shape: Option<ScalarShape>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    splits: Option<u32>,
     channels: Vec<Channel>,
 }
 
@@ -117,7 +122,13 @@ impl Model {
             arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.stretch(), metric.exponent()])));
         }
         for (s, fields) in self.scalars.iter().enumerate() {
-            push_network(&mut arrays, &format!("scalars.{s}."), vertices, fields.network());
+            let prefix = format!("scalars.{s}.");
+            match fields.form() {
+                Form::Network(network) => push_network(&mut arrays, &prefix, vertices, network),
+                Form::Levels(levels) => {
+                    push_numbers(&mut arrays, &prefix, fields.channels().len(), levels.numbers());
+                }
+            }
         }
         let metadata = Metadata {
             shape: self.field.shape(),
@@ -125,7 +136,11 @@ impl Model {
             scalars: self
                 .scalars
                 .iter()
-                .map(|fields| Fields { shape: fields.shape(), channels: fields.channels().to_vec() })
+                .map(|fields| Fields {
+                    shape: fields.shape(),
+                    splits: fields.levels().map(|levels| levels.mesh().splits()),
+                    channels: fields.channels().to_vec(),
+                })
                 .collect(),
             provenance: self.provenance.clone(),
         };
@@ -183,10 +198,22 @@ impl Model {
             Err(_) => None,
         };
         let mut scalars = Vec::new();
-        for (s, Fields { shape, channels }) in metadata.scalars.into_iter().enumerate() {
-            let (name, mlp) = (format!("scalars.{s}."), || shape.mlp(channels.len()));
-            let [features, parameters] = read_network(&tensors, &name, vertices, &shape.network, mlp)?;
-            let fields = SurfaceScalars::new(channels, shape, vertices, features, parameters);
+        for (s, Fields { shape, splits, channels }) in metadata.scalars.into_iter().enumerate() {
+            let name = format!("scalars.{s}.");
+            let fields = match (shape, splits) {
+                (Some(shape), None) => {
+                    let mlp = || shape.mlp(channels.len());
+                    let [features, parameters] =
+                        read_network(&tensors, &name, vertices, &shape.network, mlp)?;
+                    SurfaceScalars::new(channels, shape, vertices, features, parameters)
+                }
+                (None, Some(splits)) => {
+                    let numbers = read_numbers(&tensors, &name, channels.len())?;
+                    let (mesh, extensions) = NodeMesh::on(&field, splits).map_err(parts)?;
+                    SurfaceScalars::levelled(channels, Arc::new(mesh), &extensions, numbers)
+                }
+                _ => return Err(TensorsError::NotAModel),
+            };
             scalars.push(fields.map_err(parts)?);
         }
         Ok(Self { field, similarity, metric, scalars, provenance: metadata.provenance })
@@ -215,12 +242,42 @@ fn push_network(
     }
 }
 
+fn integers(shape: Vec<usize>, values: &[i32]) -> Array {
+    Array { dtype: Dtype::I32, shape, bytes: values.iter().flat_map(|q| q.to_le_bytes()).collect() }
+}
+
+fn read_integers(
+    tensors: &SafeTensors<'_>,
+    name: &str,
+    shape: &[Option<usize>],
+) -> Result<Vec<i32>, TensorsError> {
+    let bytes = read(tensors, name, Dtype::I32, shape)?;
+    Ok(bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect())
+}
+
+fn push_numbers(arrays: &mut Vec<(String, Array)>, prefix: &str, channels: usize, numbers: &ScalarNumbers) {
+    let ScalarNumbers { step, rises, integers: all } = numbers;
+    let rises = Array { dtype: Dtype::U8, shape: vec![rises.len()], bytes: rises.clone() };
+    arrays.extend([
+        (format!("{prefix}integers"), integers(vec![all.len() / channels, channels], all)),
+        (format!("{prefix}step"), floats(vec![1], &[*step])),
+        (format!("{prefix}rises"), rises),
+    ]);
+}
+
+fn read_numbers(
+    tensors: &SafeTensors<'_>,
+    prefix: &str,
+    channels: usize,
+) -> Result<ScalarNumbers, TensorsError> {
+    Ok(ScalarNumbers {
+        step: read_floats(tensors, &format!("{prefix}step"), &[Some(1)])?[0],
+        rises: read(tensors, &format!("{prefix}rises"), Dtype::U8, &[None])?.to_vec(),
+        integers: read_integers(tensors, &format!("{prefix}integers"), &[None, Some(channels)])?,
+    })
+}
+
 fn push_levels(arrays: &mut Vec<(String, Array)>, levels: &Levels) {
-    let integers = |shape: Vec<usize>, values: &[i32]| Array {
-        dtype: Dtype::I32,
-        shape,
-        bytes: values.iter().flat_map(|q| q.to_le_bytes()).collect(),
-    };
     let control = levels.control.as_flattened();
     arrays.push(("levels.control".to_owned(), integers(vec![levels.control.len(), 3], control)));
     arrays.push(("levels.spacing".to_owned(), floats(vec![1], &[levels.spacing])));
@@ -237,10 +294,7 @@ fn push_levels(arrays: &mut Vec<(String, Array)>, levels: &Levels) {
 }
 
 fn read_levels(tensors: &SafeTensors<'_>, base: &ManifoldMesh, count: usize) -> Result<Levels, TensorsError> {
-    let integers = |name: &str, shape: &[Option<usize>]| -> Result<Vec<i32>, TensorsError> {
-        let bytes = read(tensors, name, Dtype::I32, shape)?;
-        Ok(bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).collect())
-    };
+    let integers = |name: &str, shape: &[Option<usize>]| read_integers(tensors, name, shape);
     let number = |name: &str| Ok::<_, TensorsError>(read_floats(tensors, name, &[Some(1)])?[0]);
     let control = integers("levels.control", &[Some(base.vertex_count()), Some(3)])?;
     let numbers = |name: &str| -> Result<HashSet<usize>, TensorsError> {

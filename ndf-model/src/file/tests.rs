@@ -75,8 +75,9 @@ fn round_trip_keeps_every_bit_and_the_order_settles() {
         assert_eq!(images(&again), images(&model));
         assert_eq!(again.provenance, model.provenance);
         assert_eq!(again.scalars.len(), 2);
-        let payload = scalars::write(&again.scalars[0]);
-        assert_eq!(payload, scalars::write(&again.scalars[1]));
+        let write = |fields: &SurfaceScalars| scalars::write(fields.channels(), fields.network().unwrap());
+        let payload = write(&again.scalars[0]);
+        assert_eq!(payload, write(&again.scalars[1]));
         let sizes = model.section_sizes();
         assert_eq!(sizes.total, bytes.len());
         assert_eq!(sizes.scalars, 2 * payload.len());
@@ -209,6 +210,24 @@ fn hostile_levels_give_errors_or_models_but_no_panic() {
     assert!(read > 50, "{read}");
     // Levels need version 3.
     assert!(Model::from_bytes(&container::join(2, &good.sections())).is_err());
+}
+
+#[test]
+fn hostile_scalars_on_levels_give_errors_or_models_but_no_panic() {
+    let good = crate::scalars::level_tests::model();
+    let bytes = good.to_bytes();
+    for length in 0..bytes.len() {
+        assert!(Model::from_bytes(&bytes[..length]).is_err());
+    }
+    let last = good.sections().len() - 1;
+    let mut read = 0;
+    hostile(&good, 3, &[last], &mut ChaCha8Rng::seed_from_u64(3), |model| {
+        assert_eq!(Model::from_bytes(&model.to_bytes()).unwrap().to_bytes(), model.to_bytes());
+        read += 1;
+    });
+    assert!(read > 50, "{read}");
+    // They need version 3; before it their section is one that is not known.
+    assert!(Model::from_bytes(&container::join(2, &good.sections())).unwrap().scalars.is_empty());
 }
 
 #[test]

@@ -25,6 +25,21 @@ pub enum ScalarsError {
     /// The range, mean or deviation of a channel make no sense.
     #[error("the range of the scalar field {0} makes no sense")]
     Range(String),
+    /// The base mesh has too many faces for so many nodes.
+    #[error("the base mesh has too many faces to be split so often")]
+    Nodes,
+    /// The base mesh has vertices of absurd degrees.
+    #[error("the base mesh is too irregular for scalars on levels")]
+    Irregular,
+    /// Not as many integers or steps as the nodes have.
+    #[error("there are not as many integers and steps as the nodes of the base mesh need")]
+    Integers,
+    /// A step that is not positive, or not finite.
+    #[error("the step of the scalars is not a positive number")]
+    Step,
+    /// Integers and steps lead to no numbers.
+    #[error("the scalars have values that are not finite")]
+    NotFinite,
     /// Features and parameters do not make a network.
     #[error(transparent)]
     Network(#[from] NetworkError),

@@ -29,10 +29,11 @@ fn parts_that_do_not_fit_are_named() {
     use ScalarsError as Error;
     let good = random(ScalarShape::default(), 12);
     let make = |channels: Vec<Channel>, features: Vec<f32>, parameters: Vec<f32>| {
-        SurfaceScalars::new(channels, good.shape(), 12, features, parameters).map(|_| ())
+        SurfaceScalars::new(channels, good.shape().unwrap(), 12, features, parameters).map(|_| ())
     };
     let parts = || {
-        (good.channels.clone(), good.network.features().to_vec(), good.network.mlp().parameters().to_vec())
+        let network = good.network().unwrap();
+        (good.channels.clone(), network.features().to_vec(), network.mlp().parameters().to_vec())
     };
     let (c, f, p) = parts();
     assert_eq!(make(c, f, p), Ok(()));
@@ -90,7 +91,7 @@ fn shapes() -> [ScalarShape; 4] {
 
 /// The network written down in f64, for one point and channel.
 fn truth(fields: &SurfaceScalars, base: &ManifoldMesh, point: &FacePoint, k: usize) -> f64 {
-    let (network, channel) = (&fields.network, &fields.channels[k]);
+    let (network, channel) = (fields.network().unwrap(), &fields.channels[k]);
     let shape = network.shape();
     let corners = base.faces()[point.face.index()];
     let mut row = vec![0.0; shape.features];
@@ -134,7 +135,7 @@ fn values_are_those_of_the_definition() {
         let fields = random(shape, base.vertex_count());
         let values = fields.evaluate(&base, &points);
         // The highest octave multiplies the rounding of coordinates.
-        let tolerance = 1e-5 + 1e-6 * f64::from(1 << fields.network.shape().octaves);
+        let tolerance = 1e-5 + 1e-6 * f64::from(1 << fields.network().unwrap().shape().octaves);
         for (point, values) in points.iter().zip(values.chunks_exact(3)).step_by(7) {
             for (k, value) in values.iter().enumerate() {
                 let truth = truth(&fields, &base, point, k);

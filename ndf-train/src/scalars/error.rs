@@ -1,5 +1,6 @@
 //! Why scalar fields were not learned.
 
+use ndf_core::progress::Cancelled;
 use ndf_model::scalars::ScalarsError;
 
 use crate::settings::SettingsError;
@@ -54,6 +55,9 @@ pub enum ScalarError {
         /// The epoch.
         epoch: usize,
     },
+    /// The observer asked to stop.
+    #[error("interrupted before the scalars were learned; nothing of them is kept")]
+    Cancelled(#[from] Cancelled),
     /// The fields cannot be stored.
     #[error(transparent)]
     Stored(#[from] ScalarsError),

@@ -2,9 +2,11 @@
 //!
 //! The fields are given at the vertices of a mesh near the learned surface, in the user's units. A sample x of the base mesh
 //! goes to g_θ(x), and has the values of the closest point of that mesh (`values`). Samples are drawn once and used
-//! again and again, so that an epoch (`trainer`, `step`) is nothing but the network's way there and back.
+//! again and again, so that an epoch (`trainer`, `step`) is nothing but the network's way there and back. Or integers on
+//! levels of nodes are found from them ([`fit_levels`]), in fewer bytes.
 
 mod error;
+mod levels;
 mod settings;
 mod step;
 #[cfg(test)]
@@ -18,12 +20,15 @@ use ndf_core::progress::Progress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::sampling::AreaSampler;
+use ndf_model::scalars::NodeMesh;
 use ndf_model::{Model, SurfaceScalars};
 use serde::Serialize;
 
 pub use error::ScalarError;
+pub use levels::{ScalarBudget, ScalarLevelOptions};
 pub use settings::ScalarSettings;
 
+use levels::Levels;
 use trainer::{Batch, Trainer};
 use values::{Drawn, Values};
 
@@ -111,11 +116,7 @@ pub fn fit(
     let sampler = AreaSampler::new(base).ok_or(ScalarError::NoBaseArea)?;
     let draw = |count, stream| values.draw(model, &sampler.sample(count, settings.seed, stream));
     // Before hours of training: whether the values are there at all, and whether they can be stored.
-    let measured = draw(MEASURED_SAMPLES, MEASURING_STREAM)?;
-    let distance_rms = measured.distance_rms();
-    if distance_rms.is_nan() || model.similarity.length_to_normalised(distance_rms) > FARTHEST {
-        return Err(ScalarError::Far { distance: distance_rms });
-    }
+    let measured = near(model, draw(MEASURED_SAMPLES, MEASURING_STREAM)?)?;
     let mut trainer = Trainer::new(base, values.channels.len(), settings);
     trainer.fields(&values.channels)?;
     let mut seconds_sampling = started.elapsed().as_secs_f64();
@@ -151,13 +152,62 @@ pub fn fit(
     let report = ScalarReport {
         epochs,
         channels: errors(&fields, model, &values, &measured),
-        distance_rms,
+        distance_rms: measured.distance_rms(),
         distance_max: measured.distance_max(),
         interrupted,
         seconds_sampling,
         seconds: started.elapsed().as_secs_f64(),
     };
     Ok(ScalarFit { fields, report })
+}
+
+/// Finds integers on levels for the fields that `scalars` give at the vertices of `mesh`, all together, on the base mesh of
+/// `model`. The result is a function of these and the options alone: the number of threads does not matter. The epochs of
+/// its report are sweeps.
+///
+/// # Errors
+/// If the options or values are not usable, the mesh is not one of the model's surface, or the observer asks to stop.
+pub fn fit_levels(
+    model: &Model,
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    options: &ScalarLevelOptions,
+    progress: &dyn Progress,
+) -> Result<ScalarFit, ScalarError> {
+    let started = Instant::now();
+    options.validate()?;
+    let values = Values::new(mesh, scalars)?.in_ranges();
+    let base = model.field.base();
+    let sampler = AreaSampler::new(base).ok_or(ScalarError::NoBaseArea)?;
+    let draw = |count, stream| values.draw(model, &sampler.sample(count, options.seed, stream));
+    let measured = near(model, draw(MEASURED_SAMPLES, MEASURING_STREAM)?)?;
+    let drawn = draw(DRAWN_SAMPLES, 0)?;
+    let seconds_sampling = started.elapsed().as_secs_f64();
+    progress.check()?;
+    let nodes = NodeMesh::on(&model.field, options.splits(base.face_count()))?;
+    progress.check()?;
+    let at_nodes = values.draw(model, nodes.0.points())?;
+    let mut levels = Levels::new(nodes, &values, &drawn, &at_nodes);
+    let fields = levels.run(options.budget, progress)?;
+    let report = ScalarReport {
+        epochs: levels.sweeps,
+        channels: errors(&fields, model, &values, &measured),
+        distance_rms: measured.distance_rms(),
+        distance_max: measured.distance_max(),
+        interrupted: false,
+        seconds_sampling,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    Ok(ScalarFit { fields, report })
+}
+
+/// The samples, if the mesh of the values is one of the model's surface.
+fn near(model: &Model, drawn: Drawn) -> Result<Drawn, ScalarError> {
+    let distance = drawn.distance_rms();
+    if distance.is_nan() || model.similarity.length_to_normalised(distance) > FARTHEST {
+        return Err(ScalarError::Far { distance });
+    }
+    Ok(drawn)
 }
 
 fn errors(fields: &SurfaceScalars, model: &Model, values: &Values, measured: &Drawn) -> Vec<ChannelError> {

@@ -44,7 +44,7 @@ fn quick() -> ScalarSettings {
 }
 
 fn bits(fit: &ScalarFit) -> Vec<u32> {
-    let network = fit.fields.network();
+    let network = fit.fields.network().unwrap();
     network.features().iter().chain(network.mlp().parameters()).map(|x| x.to_bits()).collect()
 }
 
@@ -216,4 +216,69 @@ fn gradients_agree_with_differences() {
             }
         }
     }
+}
+
+fn on_levels(budget: ScalarBudget) -> ScalarFit {
+    let mesh = mesh();
+    let options = ScalarLevelOptions { budget, ..ScalarLevelOptions::default() };
+    fit_levels(&model(), &mesh, &three(&mesh), &options, &NoProgress).unwrap()
+}
+
+#[test]
+fn smooth_fields_take_few_bytes_on_levels_and_constant_ones_come_back_exactly() {
+    let found = on_levels(ScalarLevelOptions::default().budget);
+    assert!(found.report.overall().rms < 2e-3, "{:?}", found.report);
+    assert_eq!(found.report.channels[1], ChannelError::default());
+    assert!(found.fields.stored_bytes() < 700, "{}", found.fields.stored_bytes());
+    // The figures are those of the file.
+    let mut model = model();
+    model.scalars = vec![found.fields];
+    let read = Model::from_bytes(&model.to_bytes()).unwrap();
+    let (mesh, base) = (mesh(), read.field.base());
+    let values = Values::new(&mesh, &three(&mesh)).unwrap().in_ranges();
+    let samples = AreaSampler::new(base).unwrap().sample(20_000, 5, 5);
+    let drawn = values.draw(&read, &samples).unwrap();
+    let again = errors(&read.scalars[0], &read, &values, &drawn);
+    for (a, b) in again.iter().zip(&found.report.channels) {
+        assert!((a.rms - b.rms).abs() <= 0.1 * b.rms, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn more_bytes_never_mean_more_error_and_budgets_are_kept() {
+    let prices = [1e-5, 1e-6, 1e-7, 1e-8, 1e-9].map(|price| on_levels(ScalarBudget::Price(price)));
+    for pair in prices.windows(2) {
+        assert!(pair[0].fields.stored_bytes() <= pair[1].fields.stored_bytes());
+        assert!(pair[0].report.overall().rms >= pair[1].report.overall().rms);
+    }
+    let small = on_levels(ScalarBudget::Bytes(300));
+    assert!((240..=300).contains(&small.fields.stored_bytes()), "{}", small.fields.stored_bytes());
+    let close = on_levels(ScalarBudget::Error(4e-3)).report.overall().rms;
+    assert!((2.5e-3..4.1e-3).contains(&close), "{close}");
+}
+
+#[test]
+fn levels_do_not_depend_on_threads_and_stop_when_asked() {
+    struct Stopped;
+    impl Progress for Stopped {
+        fn report(&self, _: &str, _: f64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let mesh = mesh();
+    let options = ScalarLevelOptions { budget: ScalarBudget::Price(1e-6), splits: Some(1), seed: 3 };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| fit_levels(&model(), &mesh, &three(&mesh), &options, &NoProgress));
+        found.unwrap().fields.levels().unwrap().numbers().clone()
+    };
+    assert_eq!(run(1), run(3));
+    let stopped = fit_levels(&model(), &mesh, &three(&mesh), &options, &Stopped);
+    assert!(matches!(stopped, Err(ScalarError::Cancelled(_))));
+    let none = ScalarLevelOptions { budget: ScalarBudget::Bytes(0), ..options };
+    assert!(matches!(
+        fit_levels(&model(), &mesh, &three(&mesh), &none, &NoProgress),
+        Err(ScalarError::Settings(_))
+    ));
 }

@@ -78,6 +78,18 @@ impl Values {
         Ok(Self { tree: TriangleTree::new(mesh), faces: mesh.faces().to_vec(), channels, outputs })
     }
 
+    /// The same values where the unit of a channel is its range.
+    pub(super) fn in_ranges(mut self) -> Self {
+        let count = self.channels.len();
+        for (k, channel) in self.channels.iter_mut().enumerate().filter(|(_, c)| c.deviation > 0.0) {
+            let range = (f64::from(channel.range[1]) - f64::from(channel.range[0])) as f32;
+            let share = channel.deviation / range;
+            self.outputs.iter_mut().skip(k).step_by(count).for_each(|x| *x *= share);
+            channel.deviation = range;
+        }
+        self
+    }
+
     /// What the network is to give at a foot.
     #[inline(always)]
     pub(super) fn outputs_at(&self, foot: &Foot, to: &mut [f32]) {
