@@ -1,12 +1,14 @@
 //! What all commands share: the common options, the streams and the way progress is shown.
 
+use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::num::NonZero;
 
 use clap::Args;
 use ndf::Note;
 
-use crate::output::{Failure, Outcome};
+use crate::output::{Failure, Outcome, printable};
 use crate::progress::ShownProgress;
 
 /// Options every command takes.
@@ -27,6 +29,9 @@ pub struct Options {
     pub seed: u64,
 }
 
+/// More threads than this take over a machine without being of use to it.
+const MAX_THREADS: usize = 1024;
+
 /// The options and streams of one run.
 #[derive(Debug)]
 pub struct Context {
@@ -34,13 +39,23 @@ pub struct Context {
 }
 
 impl Context {
-    /// A context with these options; sets the number of threads of the process if it is asked for and not set.
-    pub fn new(options: Options) -> Self {
-        if let Some(threads) = options.threads {
-            // Fails only if the pool already exists, which then stays as it is.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    /// A context with these options; starts the threads of the process, as many as are asked for, by `--threads` or
+    /// `RAYON_NUM_THREADS`, but at most 1024.
+    ///
+    /// # Errors
+    /// If they cannot be started.
+    pub fn new(options: Options) -> Result<Self, Failure> {
+        let of_environment = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok().filter(|&n| n > 0);
+        let threads = options.threads.map(usize::from).or_else(of_environment);
+        let all_cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = threads.unwrap_or_else(all_cores).min(MAX_THREADS);
+        match rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
+            // Without a source it is that the pool exists already, which then stays as it is.
+            Err(error) if error.source().is_some() => Err(Failure::new(format!(
+                "cannot start {threads} threads: {error}; try fewer with --threads"
+            ))),
+            _ => Ok(Self { options }),
         }
-        Self { options }
     }
 
     /// Seed of everything random.
@@ -55,7 +70,7 @@ impl Context {
 
     /// Tells the user, on the error stream, something that did not stop the work.
     pub fn warn(&self, message: &str) {
-        let _ = writeln!(io::stderr(), "ndf: warning: {message}");
+        let _ = writeln!(io::stderr(), "ndf: warning: {}", printable(message));
     }
 
     /// Tells the user a note of the library on what is named, with the option that has to do with it.

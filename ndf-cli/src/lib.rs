@@ -51,8 +51,8 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> 
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
-    let context = Context::new(options);
-    let done = command.run(&context).and_then(|outcome| context.print(&outcome));
+    let done = Context::new(options)
+        .and_then(|context| command.run(&context).and_then(|outcome| context.print(&outcome)));
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
-pub use ndf::text::{grouped, readable};
+pub use ndf::text::{grouped, printable, readable};
 use serde_json::{Map, Value};
 
 /// The result of a command, as an object and as a summary for readers.
@@ -34,7 +34,7 @@ impl Outcome {
         let written = if as_json {
             serde_json::to_writer(&mut *out, &self.json).map_err(io::Error::from).and_then(|()| writeln!(out))
         } else {
-            out.write_all(self.text.as_bytes())
+            out.write_all(printable(&self.text).as_bytes())
         };
         match written.and_then(|()| out.flush()) {
             Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -61,10 +61,10 @@ impl Failure {
 }
 
 impl fmt::Display for Failure {
-    /// On one line, whatever the message was made of.
+    /// On one line and without control characters, whatever the message was made of.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words: Vec<&str> = self.0.split_whitespace().collect();
-        f.write_str(&words.join(" "))
+        f.write_str(&printable(&words.join(" ")))
     }
 }
 
@@ -124,6 +124,7 @@ mod tests {
 
     #[test]
     fn failures_are_one_line() {
+        assert_eq!(Failure::new("\u{1b}[2J").to_string(), "\\u{1b}[2J");
         assert_eq!(Failure::new("two\n lines").try_instead("try one").to_string(), "two lines; try one");
     }
 }

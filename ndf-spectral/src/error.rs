@@ -39,6 +39,11 @@ pub enum SpectralError {
     /// The shifted operator is not numerically positive definite.
     #[error("the shifted operator is not positive definite: the mesh is too distorted for double precision")]
     NotPositiveDefinite,
+    /// The operator hardly tells functions apart: a few faces have nearly all of the area.
+    #[error(
+        "the operator is degenerate: a few faces have nearly all of the area; remove vertices that are far away"
+    )]
+    Degenerate,
     /// There is not enough memory for the factorisation.
     #[error("not enough memory to factorise a matrix of {0} rows")]
     OutOfMemory(usize),

@@ -18,6 +18,7 @@ use crate::assembly::permuted;
 use crate::components::Components;
 use crate::csr::CsrMatrix;
 use crate::dense;
+use crate::error::SpectralError;
 use crate::factorisation::Cholesky;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
@@ -66,7 +67,7 @@ impl Ritz {
 
 impl<'a> KrylovSpace<'a> {
     /// A space without dimensions; the next block is random functions.
-    pub(crate) fn new(operator: &LaplaceBeltrami, inverse: &'a Cholesky) -> Self {
+    pub(crate) fn new(operator: &LaplaceBeltrami, inverse: &'a Cholesky) -> Result<Self, SpectralError> {
         let (order, position) = inverse.order();
         let mut space = Self {
             inverse,
@@ -79,9 +80,9 @@ impl<'a> KrylovSpace<'a> {
             massed: Panel::new(),
             random: Random::default(),
         };
-        let start = space.fresh_block();
+        let start = space.fresh_block()?;
         space.basis.push(start);
-        space
+        Ok(space)
     }
 
     /// Dimensions.
@@ -90,17 +91,19 @@ impl<'a> KrylovSpace<'a> {
     }
 
     /// Replaces the next block by random functions orthogonal to the space.
-    pub(crate) fn renew_block(&mut self) {
+    pub(crate) fn renew_block(&mut self) -> Result<(), SpectralError> {
         self.basis.pop();
-        let block = self.fresh_block();
+        let block = self.fresh_block()?;
         self.basis.push(block);
         self.coupling.as_mut().fill(0.0);
         self.coupled_to_all = true;
+        Ok(())
     }
 
     /// Images of random functions, orthogonal to the whole basis. Plain noise would leave traces in all results:
     /// parts that are rounding errors in the coefficients become large when L is applied to them.
-    fn fresh_block(&mut self) -> Panel {
+    /// Where lengths differ by so much that all images are alike to the last digits there are none.
+    fn fresh_block(&mut self) -> Result<Panel, SpectralError> {
         let rows = self.mass.row_count();
         let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
         let mut block = Panel::new();
@@ -110,8 +113,8 @@ impl<'a> KrylovSpace<'a> {
             self.orthogonalise(&mut block);
         }
         let mut block = vec![block];
-        orthonormalise(&self.mass, &mut block, WIDTH).expect("random functions are independent");
-        block.swap_remove(0)
+        orthonormalise(&self.mass, &mut block, WIDTH).ok_or(SpectralError::Degenerate)?;
+        Ok(block.swap_remove(0))
     }
 
     /// Takes the means and the part along the basis from functions; returns the coefficients of that part.
@@ -124,7 +127,10 @@ impl<'a> KrylovSpace<'a> {
     }
 
     /// Applies the operator to the next block, which joins the space; what the image has outside is the new next block.
-    pub(crate) fn expand(&mut self) {
+    ///
+    /// # Errors
+    /// If there are no new directions to go on in.
+    pub(crate) fn expand(&mut self) -> Result<(), SpectralError> {
         let size = self.size();
         let mut image = Panel::new();
         multiply(&self.mass, &self.basis[size / WIDTH], &mut image);
@@ -150,12 +156,13 @@ impl<'a> KrylovSpace<'a> {
             }
             None => {
                 // The space is invariant, or nearly: continue in new directions.
-                let block = self.fresh_block();
+                let block = self.fresh_block()?;
                 self.basis.push(block);
                 self.coupling.as_mut().fill(0.0);
                 self.coupled_to_all = true;
             }
         }
+        Ok(())
     }
 
     /// Eigenpairs of the projected operator. O(size³).

@@ -188,7 +188,7 @@ impl Solver<'_> {
         };
         let (inverse, shift) = (factored.cholesky(), factored.shift());
         self.progress.check()?;
-        let mut space = KrylovSpace::new(self.operator, inverse);
+        let mut space = KrylovSpace::new(self.operator, inverse)?;
         let eigenvalue = |theta: f64| theta.recip() - shift;
         let finish = |space: KrylovSpace<'_>, ritz: &Ritz, found: usize, verified: bool| {
             let values: Vec<f64> = ritz.values[..found].iter().copied().map(eigenvalue).collect();
@@ -223,7 +223,7 @@ impl Solver<'_> {
                 return Ok(finish(space, &ritz, wanted, missing == Some(0)));
             }
             space.restart(&ritz, wanted);
-            space.renew_block();
+            space.renew_block()?;
         }
         unreachable!("the last round returns")
     }
@@ -237,7 +237,7 @@ impl Solver<'_> {
         applications: &mut usize,
     ) -> Result<Ritz, SpectralError> {
         loop {
-            space.expand();
+            space.expand()?;
             *applications += WIDTH;
             self.progress.check()?;
             if space.size() >= wanted + WIDTH || space.size() >= capacity {

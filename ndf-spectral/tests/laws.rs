@@ -276,3 +276,21 @@ fn the_same_bytes_every_time() {
     let operator = operator(potato(4), Mass::Barycentric);
     assert_eq!(modes(&operator, 20), modes(&operator, 20));
 }
+
+/// A vertex so far away that its faces have all of the area, to the last digits: there is an answer or a reason.
+#[test]
+fn a_vertex_far_away_is_no_panic() {
+    for away in [1e3, 1e5, 1e9, 1e15, 1e21] {
+        let mut mesh = shapes::icosphere(3);
+        let mut positions = mesh.positions().to_vec();
+        positions[100] = DVec3::new(0.0, away, 0.0);
+        mesh = TriangleMesh::new(positions, mesh.faces().to_vec()).unwrap();
+        let options = ModeOptions { count: 5, ..ModeOptions::default() };
+        let found = LaplaceBeltrami::new(&intrinsic(mesh), options.operator)
+            .and_then(|operator| operator.modes(&options, &NoProgress));
+        match found {
+            Ok(modes) => assert!(modes.eigenvalues.iter().all(|x| x.is_finite()), "{away}"),
+            Err(error) => assert!(error.to_string().len() > 20, "{error}"),
+        }
+    }
+}

@@ -301,7 +301,7 @@ fn spectral(error: &SpectralError) -> &'static str {
     match error {
         SpectralError::NoArea(_) | SpectralError::NoSurface => "no_area",
         SpectralError::NotFinite(_) => "not_finite",
-        SpectralError::NotPositiveDefinite => "ill_conditioned",
+        SpectralError::NotPositiveDefinite | SpectralError::Degenerate => "ill_conditioned",
         SpectralError::OutOfMemory(_) => "out_of_memory",
         SpectralError::NotConverged { .. } | SpectralError::SolveNotConverged(_) => "not_converged",
         SpectralError::Cancelled(_) => "cancelled",

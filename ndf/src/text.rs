@@ -25,9 +25,28 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
+/// A text that may come from a file as a terminal can show it: control characters other than line ends are escaped.
+pub fn printable(text: &str) -> std::borrow::Cow<'_, str> {
+    let is_shown = |c: char| !c.is_control() || c == '\n';
+    if text.chars().all(is_shown) {
+        return text.into();
+    }
+    let mut out = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        if is_shown(c) { out.push(c) } else { out.extend(c.escape_default()) }
+    }
+    out.into()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        assert_eq!(printable("\u{1b}[31mred\u{7}, ä\n\u{9b}2J"), "\\u{1b}[31mred\\u{7}, ä\n\\u{9b}2J");
+        assert!(matches!(printable("plain"), std::borrow::Cow::Borrowed(_)));
+    }
 
     #[test]
     fn numbers_are_readable() {

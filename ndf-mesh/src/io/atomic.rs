@@ -3,11 +3,12 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use tempfile::NamedTempFile;
 
 /// Writes a file beside `path` and renames it to `path` when it is complete. If `write` fails or the program
-/// is stopped, what `path` held before is still there. A link is followed; what is no file (a pipe, a device)
-/// is written as it comes.
+/// is stopped, what `path` held before is still there. A link is followed, to a file that is not there yet, too; what is
+/// no file (a pipe, a device) is written as it comes. A file that is replaced keeps its permissions.
 ///
 /// # Errors
 /// What `write` or the system says; nothing is left behind then.
@@ -24,23 +25,50 @@ pub fn atomic_write(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    // A path that does not exist yet cannot be resolved, and need not be.
-    let path = path.as_ref().canonicalize().unwrap_or_else(|_| path.as_ref().to_owned());
-    if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+    let path = resolved(path.as_ref())?;
+    let before = path.metadata().ok();
+    if before.as_ref().is_some_and(|m| !m.is_file() && !m.is_dir()) {
         let mut out = BufWriter::new(File::options().write(true).open(path)?);
         write(&mut out)?;
         return out.flush();
     }
-    let temporary = Temporary(beside(&path)?);
-    let mut out = BufWriter::new(File::create_new(&temporary.0)?);
+    let temporary = beside(&path)?;
+    if let Some(before) = before {
+        temporary.as_file().set_permissions(before.permissions())?;
+    }
+    let mut out = BufWriter::new(temporary);
     write(&mut out)?;
-    out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
-    fs::rename(&temporary.0, path)
+    let temporary = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(&path)?;
+    // That the name is there after a power cut. Not all systems and folders can.
+    #[cfg(unix)]
+    let _ = File::open(folder(&path)).and_then(|folder| folder.sync_all());
+    Ok(())
 }
 
-/// A name in the same folder that no other writer uses.
-fn beside(path: &Path) -> io::Result<PathBuf> {
-    static COUNTER: AtomicU32 = AtomicU32::new(0);
+/// As many links are followed as Linux does.
+const MAX_LINKS: usize = 40;
+
+/// Where a chain of links ends, whether or not something is there.
+fn resolved(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match fs::read_link(&path) {
+            Ok(target) => path = folder(&path).join(target),
+            // It is no link, or not there.
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::other("its links lead in a circle"))
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A file in the same folder under a name that no other writer has, which goes with the value.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
     if path.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
@@ -48,17 +76,13 @@ fn beside(path: &Path) -> io::Result<PathBuf> {
         path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "it names no file"))?;
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
-    hidden.push(format!(".{}-{}.tmp", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed)));
-    Ok(path.with_file_name(hidden))
-}
-
-/// Removed when dropped; after the renaming there is nothing to remove.
-struct Temporary(PathBuf);
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
-    }
+    hidden.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&hidden).suffix(".tmp");
+    // As other files are made: what the mask of the process leaves of it.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder(path))
 }
 
 #[cfg(all(test, unix))]
@@ -75,8 +99,36 @@ mod tests {
         atomic_write(&link, |out| out.write_all(b"new")).unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"new");
         assert!(link.symlink_metadata().unwrap().is_symlink());
+        // A link to what is not there yet, and links in a circle.
+        let (new, circle) = (folder.join("new"), folder.join("circle"));
+        fs::remove_file(&link).unwrap();
+        std::os::unix::fs::symlink("new", &link).unwrap();
+        atomic_write(&link, |out| out.write_all(b"newer")).unwrap();
+        assert!(link.symlink_metadata().unwrap().is_symlink() && fs::read(&new).unwrap() == b"newer");
+        std::os::unix::fs::symlink("circle", &circle).unwrap();
+        assert!(atomic_write(&circle, |_| Ok(())).unwrap_err().to_string().contains("circle"));
         fs::remove_dir_all(folder).unwrap();
         atomic_write("/dev/null", |out| out.write_all(b"nothing")).unwrap();
         assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
+    }
+
+    /// A file keeps its permissions, a new one has those of all new files, and a failure leaves nothing.
+    #[test]
+    fn permissions_are_kept_and_failures_leave_nothing() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = std::env::temp_dir().join(format!("ndf-atomic-modes-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode() & 0o777;
+        let (file, plain) = (folder.join("file"), folder.join("plain"));
+        fs::write(&plain, "").unwrap();
+        atomic_write(&file, |out| out.write_all(b"old")).unwrap();
+        assert_eq!(mode(&file), mode(&plain));
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+        atomic_write(&file, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(mode(&file), 0o600);
+        assert!(atomic_write(&file, |_| Err(io::Error::other("no"))).is_err());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+        fs::remove_dir_all(folder).unwrap();
     }
 }

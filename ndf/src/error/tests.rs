@@ -87,6 +87,7 @@ fn one_of_each() -> Vec<Error> {
             .into(),
         SpectralError::SolveNotConverged(1.0).into(),
         SpectralError::NotPositiveDefinite.into(),
+        SpectralError::Degenerate.into(),
         SpectralError::OutOfMemory(1).into(),
         ExtractionError::from(Cancelled).into(),
         WriteError::UnknownExtension { path: path() }.into(),
