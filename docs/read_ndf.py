@@ -876,12 +876,12 @@ def extension(rows, values):
 
 
 def read_metric(section):
-    """The stretch of lengths from the model to the true surface, and its exponent for distances."""
-    require(section.number("B") == 1, "the metric is written in an unknown way")
-    stretch, exponent = finite(section.numbers("f", 2))
-    require(0.5 <= stretch <= 2 and 0 <= exponent <= 2, "the metric is out of range")
+    """The area of the true surface in the box, and the exponent of distances."""
+    require(section.number("B") == 0, "the metric is written in an unknown way")
+    area, exponent = finite(section.numbers("f", 2))
+    require(area > 0 and 0 <= exponent <= 2, "the metric is out of range")
     section.end()
-    return [stretch, exponent]
+    return [area, exponent]
 
 
 class Model:
@@ -1045,8 +1045,8 @@ def summary(model):
             f"{network.octaves} octaves, " + ("residual" if model.residual else "not residual")
         )
     if model.metric:
-        stretch, exponent = model.metric
-        yield f"metric     stretch {stretch:.6g}, exponent {exponent:.6g}"
+        area, exponent = model.metric
+        yield f"metric     area {area / model.scale**2:.6g}, exponent {exponent:.6g}"
     yield f"scalars    {', '.join(names) or 'none'}"
     yield f"provenance {json.dumps(model.provenance, ensure_ascii=False)}"
 

@@ -203,10 +203,8 @@ impl Triangulated {
         progress: &dyn Progress,
     ) -> Result<Self, ExtractionError> {
         let mesh = model.extract_with(edge_length, progress)?.mesh;
-        let bulge = model.field.level_surface().map_or(0.0, |surface| {
-            surface.bulge() * mean_square_edge(&mesh) * model.similarity.scale().powi(2)
-        });
-        let factors = model.metric.map(|metric| metric.factors(bulge));
+        let area = mesh.area() * model.similarity.scale().powi(2);
+        let factors = model.metric.map(|metric| metric.factors(area));
         Ok(Self { factors, ..mesh.into() })
     }
 
@@ -306,18 +304,6 @@ impl Distances {
         let values = self.values.iter().map(|&d| d as f32).collect();
         VertexScalars { name: "distance".to_owned(), values }
     }
-}
-
-/// The mean square of the edges of faces, by area.
-fn mean_square_edge(mesh: &TriangleMesh) -> f64 {
-    let (mut squares, mut areas) = (0.0, 0.0);
-    for face in mesh.faces() {
-        let [a, b, c] = face.map(|v| mesh.positions()[v as usize]);
-        let area = (b - a).cross(c - a).length();
-        squares += area * (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
-        areas += area;
-    }
-    if areas > 0.0 { squares / areas } else { 0.0 }
 }
 
 /// The point of a mesh that is meant.

@@ -294,13 +294,10 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
         ("training", training),
     ]);
     if let Some(metric) = &fitted.metric_report {
-        let stretch = metric.area_ratio.sqrt();
+        let ratio = metric.area_ratio;
         rows.push((
             "metric",
-            format!(
-                "lengths on the input {stretch:.5} times the model's, measured in {:.2} s",
-                metric.seconds
-            ),
+            format!("area of the input {ratio:.5} times the model's, measured in {:.2} s", metric.seconds),
         ));
     }
     Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))

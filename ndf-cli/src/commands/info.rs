@@ -141,12 +141,10 @@ fn of_model(model: &ModelDescription) -> String {
     let parts = parts.into_iter().filter(|(_, bytes)| *bytes > 0);
     let parts: Vec<String> = parts.map(|(name, bytes)| format!("{name} {}", grouped(bytes))).collect();
     if let Some(metric) = &model.metric {
+        let area = readable(metric.area);
         rows.push((
             "metric",
-            format!(
-                "lengths are {:.5} times the model's; distances take its power {}",
-                metric.stretch, metric.exponent
-            ),
+            format!("the true surface has an area of {area}; distances take its power {}", metric.exponent),
         ));
     }
     rows.extend([

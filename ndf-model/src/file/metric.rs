@@ -7,13 +7,13 @@ use crate::metric::Metric;
 /// The tag.
 pub(super) const TAG: &str = "METR";
 
-/// One stretch for all of the surface.
-const UNIFORM: u8 = 1;
+/// One number for all of the surface.
+const UNIFORM: u8 = 0;
 
 pub(super) fn write(metric: Metric) -> Vec<u8> {
     let mut w = Writer::default();
     w.u8(UNIFORM);
-    w.f32s([metric.stretch(), metric.exponent()]);
+    w.f32s([metric.area(), metric.exponent()]);
     w.0
 }
 

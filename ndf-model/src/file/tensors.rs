@@ -119,7 +119,7 @@ impl Model {
             push_levels(&mut arrays, levels);
         }
         if let Some(metric) = self.metric {
-            arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.stretch(), metric.exponent()])));
+            arrays.push((METRIC.to_owned(), floats(vec![2], &[metric.area(), metric.exponent()])));
         }
         for (s, fields) in self.scalars.iter().enumerate() {
             let prefix = format!("scalars.{s}.");

@@ -260,7 +260,7 @@ fn a_metric_comes_back_and_a_damaged_one_is_refused() {
     let levels = crate::levels::tests::model(&base, crate::levels::tests::levels(&base, 1, 3));
     for mut model in [model(), levels] {
         let without = model.to_bytes();
-        model.metric = Some(Metric::new(1.25, 0.875).unwrap());
+        model.metric = Some(Metric::new(7.25, 0.875).unwrap());
         let bytes = model.to_bytes();
         assert_eq!((bytes[8], bytes.len() - without.len()), (3, 9 + 16));
         assert_eq!(model.section_sizes().metric, 9);
@@ -279,12 +279,12 @@ fn a_metric_comes_back_and_a_damaged_one_is_refused() {
         let good = &sections[place].1;
         assert!(error(&good[..8]).contains("ends too early"));
         assert!(error(&[&good[..], &[0]].concat()).contains("after its end"));
-        assert!(error(&[&[0], &good[1..]].concat()).contains("coding 0 is not known"));
-        let numbers = |stretch: f32, exponent: f32| {
-            error(&[&[1][..], &stretch.to_le_bytes(), &exponent.to_le_bytes()].concat())
+        assert!(error(&[&[1], &good[1..]].concat()).contains("coding 1 is not known"));
+        let numbers = |area: f32, exponent: f32| {
+            error(&[&[0][..], &area.to_le_bytes(), &exponent.to_le_bytes()].concat())
         };
-        for stretch in [0.0, -1.0, 0.4, f32::NAN, f32::INFINITY] {
-            assert!(numbers(stretch, 1.0).contains("section METR of the model: the stretch"));
+        for area in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(numbers(area, 1.0).contains("section METR of the model: the area"));
         }
         for exponent in [-0.5, 3.0, f32::NAN] {
             assert!(numbers(1.0, exponent).contains("section METR of the model: the exponent"));

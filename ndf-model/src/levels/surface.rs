@@ -9,9 +9,6 @@ use rayon::prelude::*;
 
 use crate::mapped::Mapped;
 
-/// The least cosine between a triangle and the four that it is divided into, for the surface not to be sharp there.
-const MIN_COSINE: f64 = 0.8;
-
 /// The limit of a subdivided mesh, as curved triangles through limit points of its finest level: the cubic ones of Vlachos
 /// et al. (2001), which the points and normals at their corners determine. Neighbours share their edge curves, so the
 /// surface is continuous; it differs from the limit by an error of third order in the length of the finest edges. At
@@ -59,38 +56,6 @@ impl LevelSurface {
     /// How often base faces are split on the finest level.
     pub fn depth(&self) -> u32 {
         self.depth
-    }
-
-    /// By what share of its area the surface exceeds triangles between its points whose edges have a mean square of one:
-    /// for other triangles that share is proportional to the mean square of their edges, as long as these are short. Told
-    /// by the triangles of the two finest levels. Where the surface is sharp, triangles cut off an edge, which is of first
-    /// order and does not lengthen what does not cross it; such places do not count. O(faces).
-    pub fn bulge(&self) -> f64 {
-        let sums = self.faces.as_chunks::<4>().0.par_iter().map(|four| {
-            let cross = |corners: [u32; 3]| {
-                let [a, b, c] = corners.map(|v| self.points[v as usize]);
-                (b - a).cross(c - a)
-            };
-            let square = |[a, b, c]: [u32; 3]| {
-                let side = |a: u32, b: u32| self.points[a as usize].distance_squared(self.points[b as usize]);
-                (side(a, b) + side(b, c) + side(c, a)) / 3.0
-            };
-            let whole = [four[0][0], four[1][1], four[2][2]];
-            let normal = cross(whole).normalize_or_zero();
-            let parts = four.map(cross);
-            if parts.iter().any(|part| part.normalize_or_zero().dot(normal) < MIN_COSINE) {
-                return [0.0; 4];
-            }
-            let [fine, coarse] = [parts.iter().map(|part| part.length()).sum(), cross(whole).length()];
-            let squares = four.iter().map(|&part| square(part)).sum::<f64>() / 4.0;
-            [fine, coarse, fine * squares, coarse * square(whole)]
-        });
-        // In turn, so that the result does not depend on how work is shared out.
-        let sums: Vec<[f64; 4]> = sums.collect();
-        let [fine, coarse, fine_squares, coarse_squares] =
-            sums.iter().fold([0.0; 4], |sum, part| [0, 1, 2, 3].map(|k| sum[k] + part[k]));
-        let bulge = (fine / coarse - 1.0) / (coarse_squares / coarse - fine_squares / fine);
-        if bulge.is_finite() { bulge.max(0.0) } else { 0.0 }
     }
 
     /// The surface at points of the base mesh. O(levels) each.

@@ -165,30 +165,3 @@ fn rows_of_the_predictor_are_its_predictions() {
         }
     }
 }
-
-/// What triangles lack of a smooth surface is of second order in their edges, and a cube lacks nothing.
-#[test]
-fn triangles_lack_the_bulge() {
-    let surface = |mesh: TriangleMesh, count: usize, creases: &dyn Fn(&ManifoldMesh) -> Creases| {
-        let base = manifold(mesh);
-        let smooth = Levels { creases: creases(&base), ..levels(&base, count, 0) };
-        smooth.surface(&base).unwrap()
-    };
-    let none = |base: &ManifoldMesh| Creases::by_angle(base, 7.0, 7.0);
-    let [coarse, fine] = [2, 5].map(|count| surface(shapes::icosphere(1), count, &none));
-    let area = |surface: &LevelSurface| {
-        TriangleMesh::new(surface.points().to_vec(), surface.faces().to_vec()).unwrap().area()
-    };
-    let square = |surface: &LevelSurface| {
-        let sides = surface.faces().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let squares = sides.map(|side| {
-            let [a, b] = side.map(|v| surface.points()[v as usize]);
-            a.distance_squared(b)
-        });
-        squares.sum::<f64>() / (3 * surface.faces().len()) as f64
-    };
-    let lacking = area(&fine) / area(&coarse) - 1.0;
-    let told = coarse.bulge() * (square(&coarse) - square(&fine));
-    assert!(lacking > 1e-4 && (told / lacking - 1.0).abs() < 0.02, "{told} for {lacking}");
-    assert!(surface(shapes::cube(1), 3, &Creases::everywhere).bulge() < 1e-12);
-}

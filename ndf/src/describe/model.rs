@@ -48,9 +48,9 @@ pub struct ModelDescription {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MetricDescription {
-    /// Lengths on the true surface over those on the model, in the mean.
-    pub stretch: f32,
-    /// The power of that which distances take.
+    /// Area of the true surface, in squared units of the input.
+    pub area: f64,
+    /// The power of the mean stretch of lengths that distances take.
     pub exponent: f32,
 }
 
@@ -106,9 +106,10 @@ impl ModelDescription {
             levels: field.levels().map(|levels| levels.levels.len()),
             features: field.network().map_or(0, |network| network.shape().features),
             network_parameters: field.network().map_or(0, |network| network.mlp().parameters().len()),
-            metric: model
-                .metric
-                .map(|metric| MetricDescription { stretch: metric.stretch(), exponent: metric.exponent() }),
+            metric: model.metric.map(|metric| MetricDescription {
+                area: f64::from(metric.area()) / model.similarity.scale().powi(2),
+                exponent: metric.exponent(),
+            }),
             scalars: names.collect(),
             center: model.similarity.center().to_array(),
             scale: model.similarity.scale(),
