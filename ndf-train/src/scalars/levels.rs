@@ -85,8 +85,10 @@ const SWEEPS: usize = 16;
 const FALLING: f64 = 0.6;
 /// Prices that are tried to meet a budget.
 const TRIALS: usize = 8;
-/// What is as near as this to a budget is near enough.
-const CLOSE: f64 = 0.02;
+/// What is aimed at, as a share of a budget, what is near enough to that, and by how much bolder every trial is.
+const AIM: f64 = 0.985;
+const CLOSE: f64 = 0.015;
+const BOLDER: f64 = 1.5;
 /// Bounds of prices.
 const PRICES: [f64; 2] = [1e-16, 1e-2];
 /// Classes of integers with a price: zero, and the numbers of bits of magnitudes.
@@ -360,19 +362,23 @@ impl<'a> Levels<'a> {
             ScalarBudget::Error(rms) => (found.rms <= rms, found.bytes as f64),
         };
         let mut best = found.clone();
-        // The prices next to the budget on either side.
-        let mut bounds = [0.0, f64::INFINITY];
+        // The prices next to the budget on either side, and how boldly the other side is looked for: sizes hardly
+        // change with the price where little but names is left.
+        let (mut bounds, mut boldness) = ([0.0, f64::INFINITY], 1.0);
         for _ in 1..TRIALS {
-            let (too_much, ratio, power) = match budget {
+            let (too_cheap, ratio, power) = match budget {
                 ScalarBudget::Price(_) => break,
-                ScalarBudget::Bytes(bytes) => (found.bytes > bytes, found.bytes as f64 / bytes as f64, 2.5),
-                ScalarBudget::Error(rms) => (found.rms <= rms, rms / found.rms.max(1e-12), 4.0),
+                ScalarBudget::Bytes(bytes) => {
+                    (found.bytes > bytes, found.bytes as f64 / (AIM * bytes as f64), 2.5)
+                }
+                ScalarBudget::Error(rms) => (found.rms <= rms, AIM * rms / found.rms.max(1e-12), 4.0),
             };
             if judged(&best).0 && judged(&found).0 && (ratio - 1.0).abs() < CLOSE {
                 break;
             }
-            bounds[usize::from(!too_much)] = price;
-            price *= ratio.powf(power).clamp(0.05, 20.0);
+            bounds[usize::from(!too_cheap)] = price;
+            price *= ratio.powf(boldness * power).clamp(0.05, 20.0);
+            boldness *= BOLDER;
             if !(bounds[0]..bounds[1]).contains(&price) || price == bounds[0] {
                 price = (bounds[0] * bounds[1]).sqrt();
             }
