@@ -729,8 +729,8 @@ class ScalarLevels(Channels):
         """`image(face, bary)` is the field."""
         super().__init__(section)
         self.splits, (self.step,) = section.number("B"), positive(section.numbers("f", 1))
-        most = 1 << 17 if self.splits else 1 << 20
-        require(self.splits <= 6 and len(faces) << 2 * self.splits <= most, "too many faces for so many splits")
+        most = 1 << 16 if self.splits else 1 << 17
+        require(self.splits <= 3 and len(faces) << 2 * self.splits <= most, "too many faces for so many splits")
         meshes = [Mesh(vertex_count, faces)]
         for _ in range(self.splits):
             meshes.append(meshes[-1].split())

@@ -91,6 +91,25 @@ pub fn check_place(path: &Path) -> Result<(), Failure> {
     }
 }
 
+/// As [`check_place`], and whether the file that is there is none of these inputs.
+///
+/// # Errors
+/// As [`check_place`], or if it is an input.
+pub fn check_output(path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    check_place(path)?;
+    if inputs.iter().any(|input| is_same(path, input)) {
+        return Err(Failure::new(format!("{} is an input and would be overwritten", path.display()))
+            .try_instead("give the output another name"));
+    }
+    Ok(())
+}
+
+/// Whether two names are those of one file that is there. One that is not a file, as a device, may have several uses.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    let file = |path: &Path| path.canonicalize().ok().filter(|path| path.is_file());
+    a == b && !a.exists() || file(a).is_some_and(|a| file(b) == Some(a))
+}
+
 /// A table of labels and values with the values aligned, each line indented by two.
 pub fn table(rows: &[(&str, String)]) -> String {
     let width = rows.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);

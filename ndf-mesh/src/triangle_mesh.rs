@@ -110,6 +110,12 @@ impl TriangleMesh {
         self.face_cross(face).normalize_or_zero()
     }
 
+    /// The first vertex that is so far away (beyond 1e75) that squares of areas are no numbers any more. O(n).
+    pub fn beyond_reach(&self) -> Option<Vertex> {
+        let is_beyond = |p: &DVec3| p.is_finite() && p.abs().max_element() > 1e75;
+        self.positions().iter().position(is_beyond).map(Vertex::new)
+    }
+
     /// Total area.
     pub fn area(&self) -> f64 {
         self.face_indices().map(|f| self.face_area(f)).sum()

@@ -212,8 +212,9 @@ pub(crate) struct Keeper<'a, C> {
 }
 
 impl<'a, C> Keeper<'a, C> {
-    pub(crate) fn new(every: Duration, keep: impl FnMut(C) + 'a) -> Self {
-        Self { every, last: Instant::now(), keep: Box::new(keep) }
+    /// Keeps one whenever so much time has passed since `last`.
+    pub(crate) fn new(every: Duration, last: Instant, keep: impl FnMut(C) + 'a) -> Self {
+        Self { every, last, keep: Box::new(keep) }
     }
 
     /// Passes one on, if it is time.

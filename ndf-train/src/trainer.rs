@@ -151,7 +151,7 @@ impl<'a> Trainer<'a> {
     /// Passes a checkpoint to `keep` at the first batch that starts so long after the last one.
     #[must_use]
     pub fn keeping(self, every: Duration, keep: impl FnMut(NetworkCheckpoint) + 'a) -> Self {
-        Self { keeper: Some(Keeper::new(every, keep)), ..self }
+        Self { keeper: Some(Keeper::new(every, Instant::now(), keep)), ..self }
     }
 
     /// Epochs made, those of the identity stage included.

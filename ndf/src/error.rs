@@ -178,6 +178,7 @@ fn open(error: &OpenError) -> &'static str {
         }
         OpenError::MeshFile(error) => mesh_file(error),
         OpenError::NoFaces { .. } => "no_faces",
+        OpenError::TooFar { .. } => "too_large",
         OpenError::NoArea { .. } | OpenError::EmptyMesh { .. } => "no_area",
         OpenError::CloudFile(error) => match error {
             point_cloud::ReadError::Io { .. } => "io",

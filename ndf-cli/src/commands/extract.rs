@@ -11,7 +11,7 @@ use ndf_mesh::io::{format_to_write, write_mesh};
 use crate::arguments::EdgeLength;
 use crate::context::Context;
 use crate::files::read_model;
-use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 
 /// Arguments of `ndf extract`.
 #[derive(Args, Debug)]
@@ -34,7 +34,7 @@ pub struct Arguments {
 /// If the model cannot be read, the edge length asks for too much, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.model])?;
     let model = read_model(&arguments.model)?;
     let started = Instant::now();
     let failed = |e: &dyn std::fmt::Display| Failure::new(format!("{}: {e}", arguments.model.display()));

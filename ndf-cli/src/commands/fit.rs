@@ -1,7 +1,7 @@
 //! `ndf fit`: learn a surface.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,7 @@ use crate::arguments::{Reading, Training, seconds};
 use crate::context::Context;
 use crate::files::{open, read_faces};
 use crate::interrupt;
-use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -75,9 +75,7 @@ impl Arguments {
 /// # Errors
 /// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    check_place(&arguments.output)?;
-    arguments.checkpoint.as_deref().map(check_place).transpose()?;
-    arguments.log.as_deref().map(check_place).transpose()?;
+    check_places(arguments)?;
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
     let checkpoint = arguments.resume.as_deref().map(read_checkpoint).transpose()?;
     let started = Instant::now();
@@ -87,7 +85,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         None => arguments.base.as_deref().map(|path| read_base(path, context)).transpose()?,
         Some(_) => None,
     };
-    let mut log = arguments.log.as_deref().map(Log::new);
+    let mut log = arguments.log.as_deref().map(|path| Log::new(path, checkpoint.is_some()));
     let mut fit = arguments.training.fit(&opened, context.seed())?.anchors(anchors);
     if let Some(faces) = arguments.base_faces {
         fit = fit.base_faces(faces as usize);
@@ -108,19 +106,50 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Err(e) => context.warn(&format!("cannot write {}: {e}", kept.display())),
     });
     let fitted = learned(fit, &arguments.input, context)?;
+    let is_saved = save_checkpoint(arguments, &fitted)?;
+    let bytes = fitted.model.to_bytes();
+    let path = arguments.output.display().to_string();
+    if let Err(error) = atomic_write(&arguments.output, |out| out.write_all(&bytes)) {
+        return Err(unwritten(&path, &error, &fitted, &kept));
+    }
+    let is_resumed = arguments.resume.as_ref().is_some_and(|resumed| *resumed == kept);
+    if (is_kept || is_resumed) && !is_saved {
+        // The model is there now; and if someone else has removed the checkpoint, that is well, too.
+        let _ = std::fs::remove_file(&kept);
+    }
     if let Some(log) = log {
         log.finish()?;
     }
-    let is_saved = save_checkpoint(arguments, &fitted)?;
-    if is_kept && !is_saved {
-        // What the model is there for is over, and so is a checkpoint that someone else has removed.
-        let _ = std::fs::remove_file(&kept);
-    }
-    let bytes = fitted.model.to_bytes();
-    let path = arguments.output.display().to_string();
-    atomic_write(&arguments.output, |out| out.write_all(&bytes))
-        .map_err(|e| Failure::new(format!("cannot write {path}: {e}")))?;
     outcome(&path, &fitted, seconds_reading)
+}
+
+/// Whether all outputs can be expected to appear, each in a place of its own, and none instead of an input.
+fn check_places(arguments: &Arguments) -> Result<(), Failure> {
+    let outputs = [Some(&arguments.output), arguments.checkpoint.as_ref(), arguments.log.as_ref()];
+    let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
+    let inputs = [Some(&arguments.input), arguments.base.as_ref(), arguments.anchors.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    outputs.iter().try_for_each(|path| check_output(path, &inputs))?;
+    for (k, path) in outputs.iter().enumerate() {
+        if outputs[..k].iter().any(|other| is_same(other, path)) {
+            return Err(Failure::new(format!("{} is the name of two outputs", path.display()))
+                .try_instead("give each its own"));
+        }
+    }
+    Ok(())
+}
+
+/// The failure of writing a model. What was learned is kept as a checkpoint, beside the model if that is possible, else in
+/// the folder for temporary files.
+fn unwritten(path: &str, error: &std::io::Error, fitted: &Fitted, kept: &Path) -> Failure {
+    let failure = Failure::new(format!("cannot write {path}: {error}"));
+    let elsewhere = std::env::temp_dir().join(format!("ndf-{}.checkpoint", std::process::id()));
+    match [kept, &elsewhere].into_iter().find(|place| fitted.checkpoint.write(place).is_ok()) {
+        Some(place) => {
+            failure.try_instead(&format!("--resume {} writes it again, elsewhere with -o", place.display()))
+        }
+        None => failure,
+    }
 }
 
 /// Learns what was read from a file, with progress and warnings. An interrupted run gives what it has learned.
@@ -189,16 +218,19 @@ fn read_anchors(path: &Path) -> Result<Vec<(DVec3, DVec3)>, Failure> {
     lines.map(pair).collect()
 }
 
-/// A file of JSON lines, which appears with the first of them or at the end: a run that never trains leaves none.
+/// A file of JSON lines, which appears with the first of them or at the end: a run that never trains leaves none. Every
+/// line is written at once, and what cannot be written fails when all else is done.
 struct Log<'a> {
     path: &'a Path,
-    file: Option<BufWriter<File>>,
+    /// Whether lines follow those of the run that is resumed.
+    appends: bool,
+    file: Option<File>,
     error: Option<std::io::Error>,
 }
 
 impl<'a> Log<'a> {
-    fn new(path: &'a Path) -> Self {
-        Self { path, file: None, error: None }
+    fn new(path: &'a Path, appends: bool) -> Self {
+        Self { path, appends, file: None, error: None }
     }
 
     fn add(&mut self, record: &Record<'_>) {
@@ -212,7 +244,7 @@ impl<'a> Log<'a> {
             Record::Network(record) => Self::of_network(record),
             Record::Levels(record) => serde_json::to_value(record)?,
         };
-        writeln!(self.opened()?, "{line}")
+        self.opened()?.write_all(format!("{line}\n").as_bytes())
     }
 
     fn of_network(record: &LogRecord<'_>) -> serde_json::Value {
@@ -230,16 +262,18 @@ impl<'a> Log<'a> {
         line
     }
 
-    fn opened(&mut self) -> std::io::Result<&mut BufWriter<File>> {
+    fn opened(&mut self) -> std::io::Result<&mut File> {
+        let mut options = File::options();
+        options.create(true).write(true).append(self.appends).truncate(!self.appends);
         match &mut self.file {
             Some(file) => Ok(file),
-            none => Ok(none.insert(BufWriter::new(File::create(self.path)?))),
+            none => Ok(none.insert(options.open(self.path)?)),
         }
     }
 
     fn finish(mut self) -> Result<(), Failure> {
-        let flushed = self.opened().and_then(Write::flush);
-        match self.error.or(flushed.err()) {
+        let opened = self.opened().map(drop);
+        match self.error.or(opened.err()) {
             Some(e) => Err(Failure::new(format!("cannot write {}: {e}", self.path.display()))),
             None => Ok(()),
         }
@@ -248,6 +282,10 @@ impl<'a> Log<'a> {
 
 fn read_base(path: &Path, context: &Context) -> Result<ManifoldMesh, Failure> {
     let file = read_faces(path, context)?;
+    if let Some(vertex) = file.mesh.beyond_reach() {
+        let far = format!("the base mesh {}: vertex {vertex} lies beyond 1e75", path.display());
+        return Err(Failure::new(far).try_instead("scale it down"));
+    }
     ManifoldMesh::try_from(file.mesh).map_err(|e| {
         let failure = Failure::new(format!("the base mesh {} is {e}", path.display()));
         failure.try_instead("`ndf mesh` makes a manifold of any mesh that encloses a volume")

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
 use crate::files::read_triangulation;
-use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 
 /// Arguments of `ndf geodesic`.
 #[derive(Args, Debug)]
@@ -63,7 +63,7 @@ enum Method {
 /// If the input cannot be read, a source is not on it, or the output cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.triangulation.input])?;
     if arguments.time_step.is_some() && arguments.method == Method::Exact {
         return Err(Failure::new("--time-step is for the heat method").try_instead("add --method heat"));
     }

@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::arguments::{Reading, length};
 use crate::context::Context;
 use crate::files::open;
-use crate::output::{Failure, Outcome, check_place, grouped};
+use crate::output::{Failure, Outcome, check_output, grouped};
 
 /// Arguments of `ndf mesh`.
 #[derive(Args, Debug)]
@@ -53,7 +53,7 @@ enum Method {
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     let Method::MarchingCubes = arguments.method;
     format_to_write(&arguments.output)?;
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.input])?;
     let name = arguments.input.display();
     let input = open(&arguments.input, &arguments.reading, context)?;
     let started = Instant::now();

@@ -25,7 +25,7 @@ pub enum Command {
     Demo(demo::Arguments),
     /// Write a model in another form: smaller, as plain arrays, or only its base mesh
     Convert(convert::Arguments),
-    /// Learn a surface and write a model of some twenty kilobytes
+    /// Learn a surface and write a model of some ten kilobytes
     Fit(fit::Arguments),
     /// Extract a mesh from a model at any edge length
     Extract(extract::Arguments),

@@ -14,7 +14,7 @@ use crate::arguments::{EdgeLength, PresetName, bits, share};
 use crate::context::Context;
 use crate::files::{read_faces, read_model};
 use crate::interrupt;
-use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 
 /// Where values come from, for those who have none.
 const VALUES: &str = "`ndf geodesic` and `ndf spectrum` write PLY files that have some";
@@ -167,7 +167,7 @@ impl FitArguments {
 }
 
 fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failure> {
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.values])?;
     let mut model = read_model(&arguments.model)?;
     if begins_as_model(&arguments.values) {
         let name = arguments.values.display();
@@ -259,7 +259,7 @@ fn summary(figures: &ScalarFigures, model: &Model) -> String {
 
 fn run_eval(arguments: &EvalArguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.model])?;
     let model = read_model(&arguments.model)?;
     let name = arguments.model.display();
     if model.scalars.is_empty() {

@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
 use crate::files::read_triangulation;
-use crate::output::{Failure, Outcome, check_place, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 
 /// Arguments of `ndf spectrum`.
 #[derive(Args, Debug)]
@@ -40,7 +40,7 @@ pub struct Arguments {
 /// If the input is no usable triangulation, the modes are not found, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
-    check_place(&arguments.output)?;
+    check_output(&arguments.output, &[&arguments.triangulation.input])?;
     let name = arguments.triangulation.input.display();
     let triangulated = read_triangulation(&arguments.triangulation, context)?;
     if let Triangles::Soup { reason, .. } = &triangulated.triangles {

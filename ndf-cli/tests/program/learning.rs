@@ -369,8 +369,10 @@ fn interrupted_levels_are_resumed_without_a_trace() {
     );
     let text = ndf(&folder.0, &["info", "broken.ndf.checkpoint"]);
     assert!(text.stdout.contains("for 0.02 % of the diagonal, after 1 attempt"), "{}", text.stdout);
+    let mut damaged = std::fs::read(&checkpoint).unwrap();
     let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
     let resumed = ndf(&folder.0, &[&resumed[..], &["--json"]].concat()).json();
+    assert!(!checkpoint.exists());
     assert_eq!(resumed["projection_rms"], unbroken["projection_rms"]);
     let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
     assert!(read("broken.ndf") == read("unbroken.ndf"));
@@ -384,7 +386,6 @@ fn interrupted_levels_are_resumed_without_a_trace() {
             assert!(record[key].is_number(), "{key}: {line}");
         }
     }
-    let mut damaged = std::fs::read(&checkpoint).unwrap();
     damaged[300] ^= 1;
     folder.write("damaged", &damaged);
     assert!(ndf(&folder.0, &["info", "damaged"]).sentence().contains("not a usable checkpoint"));

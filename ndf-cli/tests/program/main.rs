@@ -7,6 +7,7 @@ mod commands;
 mod docs;
 mod fields;
 mod learning;
+mod outputs;
 mod scalars;
 
 use std::path::{Path, PathBuf};

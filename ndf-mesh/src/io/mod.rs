@@ -141,25 +141,10 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
         MeshFormat::Stl => stl::read(bytes),
         MeshFormat::Off => off::read(bytes),
     };
-    let within_reach =
-        parsed.and_then(|content| match content.mesh.positions().iter().position(is_beyond_reach) {
-            Some(vertex) => Err(FileDefect::too_large(format!(
-                "vertex {vertex} lies beyond {MAX_COORDINATE:e}, where lengths cannot be computed any more"
-            ))),
-            None => Ok(content),
-        });
-    match within_reach {
+    match parsed {
         Ok(Content { mesh, scalars, notes }) => Ok(MeshFile { mesh, scalars, format, notes }),
         Err(defect) => Err(ReadError::Malformed { path: path.to_owned(), format, defect }),
     }
-}
-
-/// The largest coordinate: areas and their squares are still numbers.
-const MAX_COORDINATE: f64 = 1e75;
-
-/// Vertices that are not finite are left to validation and repair.
-fn is_beyond_reach(p: &ndf_core::DVec3) -> bool {
-    p.is_finite() && p.abs().max_element() > MAX_COORDINATE
 }
 
 /// The mesh format of a file, told from its content; `None` if it is none of them. Looks at the first

@@ -90,12 +90,13 @@ impl Model {
         let provenance = sections.iter().find(|(tag, _)| tag == b"PROV");
         let provenance =
             provenance.map_or_else(String::new, |(_, p)| String::from_utf8_lossy(p).into_owned());
+        let mut nodes = scalar_levels::Nodes::of(&field);
         let scalars = sections.iter().filter_map(|(tag, p)| match tag {
             _ if tag == scalars::TAG.as_bytes() => {
                 Some(scalars::read(Reader::new(scalars::TAG, p), vertices))
             }
             _ if tag == scalar_levels::TAG.as_bytes() && version >= VERSION => {
-                Some(scalar_levels::read(Reader::new(scalar_levels::TAG, p), &field))
+                Some(scalar_levels::read(Reader::new(scalar_levels::TAG, p), &mut nodes))
             }
             _ => None,
         });

@@ -8,6 +8,8 @@
 //! | u8 per level | by how many eighths of an octave its step is larger |
 //! | to the end | one range coder: integers node by node, one for each channel |
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use super::base;
@@ -17,8 +19,8 @@ use super::range_coder::{Bit, Coder, Decoder, Encoder, Integers};
 use super::scalars::{read_channels, write_channels};
 use crate::displacement_field::DisplacementField;
 use crate::scalars::{
-    ACTIVITIES, Channel, Extensions, MAX_SPLITS, NodeMesh, OWN_LEVELS, ScalarLevels, ScalarNumbers,
-    ScalarsError, SurfaceScalars,
+    ACTIVITIES, Channel, Extensions, NodeMesh, OWN_LEVELS, ScalarLevels, ScalarNumbers, ScalarsError,
+    SurfaceScalars,
 };
 use ndf_mesh::io::FileDefect;
 
@@ -34,14 +36,49 @@ fn is_plausible(integers: usize, bytes: usize) -> bool {
 }
 
 impl NodeMesh {
-    /// The nodes of a field with base faces split so often, in the order of its file, and what extends values of coarse levels
-    /// to finer ones. O(n^1.5) for n nodes.
+    /// The nodes of a field with base faces split so often, in the order of its file. O(n log n) for n nodes.
     ///
     /// # Errors
-    /// If there are too many of them, or the mesh is too irregular.
-    pub fn on(field: &DisplacementField, splits: u32) -> Result<(Self, Extensions), ScalarsError> {
+    /// If there are too many of them.
+    pub fn on(field: &DisplacementField, splits: u32) -> Result<Self, ScalarsError> {
         let (stored, order) = base::as_written(field.base(), field.levels().is_some());
-        Self::new(field, &stored, &order.faces, splits)
+        Self::new(&stored, &order.faces, splits)
+    }
+}
+
+/// The nodes of a field and what extends values on them, made once for all sections that need them.
+pub(super) struct Nodes<'a> {
+    field: &'a DisplacementField,
+    meshes: BTreeMap<u32, Arc<NodeMesh>>,
+    extensions: BTreeMap<u32, Extensions>,
+}
+
+impl<'a> Nodes<'a> {
+    pub(super) fn of(field: &'a DisplacementField) -> Self {
+        Self { field, meshes: BTreeMap::new(), extensions: BTreeMap::new() }
+    }
+
+    fn mesh(&mut self, splits: u32) -> Result<Arc<NodeMesh>, ScalarsError> {
+        let mesh = match self.meshes.entry(splits) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(Arc::new(NodeMesh::on(self.field, splits)?)),
+        };
+        Ok(Arc::clone(mesh))
+    }
+
+    /// The fields of these numbers.
+    pub(super) fn fields(
+        &mut self,
+        splits: u32,
+        channels: Vec<Channel>,
+        numbers: ScalarNumbers,
+    ) -> Result<SurfaceScalars, ScalarsError> {
+        let mesh = self.mesh(splits)?;
+        let extensions = match self.extensions.entry(splits) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(mesh.extensions(self.field)?),
+        };
+        SurfaceScalars::levelled(channels, mesh, extensions, numbers)
     }
 }
 
@@ -49,10 +86,8 @@ impl SurfaceScalars {
     /// The same numbers on a field that is almost the same: what is on levels depends on where nodes are.
     pub(super) fn moved_to(&self, field: &DisplacementField) -> Self {
         let Some(levels) = self.levels() else { return self.clone() };
-        let moved = NodeMesh::on(field, levels.mesh().splits()).and_then(|(mesh, extensions)| {
-            let (channels, numbers) = (self.channels().to_vec(), levels.numbers().clone());
-            Self::levelled(channels, Arc::new(mesh), &extensions, numbers)
-        });
+        let (channels, numbers) = (self.channels().to_vec(), levels.numbers().clone());
+        let moved = Nodes::of(field).fields(levels.mesh().splits(), channels, numbers);
         moved.unwrap_or_else(|_| self.clone())
     }
 }
@@ -103,16 +138,13 @@ pub(super) fn write(channels: &[Channel], levels: &ScalarLevels) -> Vec<u8> {
     w.0
 }
 
-/// Reads the section of fields on this field. Allocates no more than a small multiple of the bytes and of the base mesh
-/// split as often as they say.
-pub(super) fn read(mut r: Reader<'_>, field: &DisplacementField) -> Result<SurfaceScalars, ModelError> {
+/// Reads the section of fields on these nodes. Allocates no more than a small multiple of the bytes and of the base mesh
+/// split as often as they say; what extends values, which takes longest, is made when all else is right.
+pub(super) fn read(mut r: Reader<'_>, nodes: &mut Nodes<'_>) -> Result<SurfaceScalars, ModelError> {
     let channels = read_channels(&mut r)?;
     let splits = u32::from(r.u8()?);
     let step = r.f32()?;
-    if splits > MAX_SPLITS {
-        return Err(r.defect(ScalarsError::Nodes));
-    }
-    let (mesh, extensions) = NodeMesh::on(field, splits).map_err(|e| r.defect(e))?;
+    let mesh = nodes.mesh(splits).map_err(|e| r.defect(e))?;
     let rises = r.u8s(mesh.nesting.levels())?;
     let stream = r.rest();
     let count = mesh.nesting.len().saturating_mul(channels.len());
@@ -127,5 +159,5 @@ pub(super) fn read(mut r: Reader<'_>, field: &DisplacementField) -> Result<Surfa
         return Err(r.defect(FileDefect::TrailingBytes("its end")));
     }
     let numbers = ScalarNumbers { step, rises, integers };
-    SurfaceScalars::levelled(channels, Arc::new(mesh), &extensions, numbers).map_err(|e| r.defect(e))
+    nodes.fields(splits, channels, numbers).map_err(|e| r.defect(e))
 }

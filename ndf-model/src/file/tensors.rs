@@ -19,18 +19,18 @@
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::{Deserialize, Serialize};
 
 use super::error::{PartDefect, TensorsError};
+use super::scalar_levels::Nodes;
 use crate::displacement_field::{DisplacementField, FieldShape};
 use crate::intrinsic_network::{IntrinsicNetwork, NetworkShape};
 use crate::levels::{Level, Levels, MAX_LEVELS};
 use crate::metric::Metric;
 use crate::model::Model;
-use crate::scalars::{Channel, Form, NodeMesh, ScalarNumbers, ScalarShape, SurfaceScalars};
+use crate::scalars::{Channel, Form, ScalarNumbers, ScalarShape, SurfaceScalars};
 use crate::similarity::Similarity;
 use ndf_core::DVec3;
 use ndf_mesh::io::FileDefect;
@@ -197,7 +197,7 @@ impl Model {
             }
             Err(_) => None,
         };
-        let mut scalars = Vec::new();
+        let (mut scalars, mut nodes) = (Vec::new(), Nodes::of(&field));
         for (s, Fields { shape, splits, channels }) in metadata.scalars.into_iter().enumerate() {
             let name = format!("scalars.{s}.");
             let fields = match (shape, splits) {
@@ -209,8 +209,7 @@ impl Model {
                 }
                 (None, Some(splits)) => {
                     let numbers = read_numbers(&tensors, &name, channels.len())?;
-                    let (mesh, extensions) = NodeMesh::on(&field, splits).map_err(parts)?;
-                    SurfaceScalars::levelled(channels, Arc::new(mesh), &extensions, numbers)
+                    nodes.fields(splits, channels, numbers)
                 }
                 _ => return Err(TensorsError::NotAModel),
             };

@@ -24,7 +24,8 @@ fn fields(
     count: usize,
     mut integer: impl FnMut(&NodeMesh, usize, usize, usize) -> i32,
 ) -> SurfaceScalars {
-    let (mesh, extensions) = NodeMesh::on(field, splits).unwrap();
+    let mesh = NodeMesh::on(field, splits).unwrap();
+    let extensions = mesh.extensions(field).unwrap();
     let mut integers = Vec::new();
     for level in 0..mesh.nesting.levels() {
         for rank in mesh.nesting.level(level) {
@@ -170,8 +171,8 @@ fn the_order_of_the_base_mesh_does_not_matter() {
 #[test]
 fn numbers_that_do_not_fit_are_named() {
     let field = field(shapes::torus(9, 6, 1.0, 0.4));
-    let (mesh, extensions) = NodeMesh::on(&field, 0).unwrap();
-    let mesh = Arc::new(mesh);
+    let mesh = Arc::new(NodeMesh::on(&field, 0).unwrap());
+    let extensions = mesh.extensions(&field).unwrap();
     let levels = mesh.nesting.levels();
     let good = ScalarNumbers { step: 1.0, rises: vec![0; levels], integers: vec![0; mesh.nesting.len()] };
     let made = |change: &dyn Fn(&mut ScalarNumbers)| {
@@ -186,7 +187,9 @@ fn numbers_that_do_not_fit_are_named() {
     assert_eq!(made(&|n| n.integers.truncate(3)), Err(ScalarsError::Integers));
     let huge = |n: &mut ScalarNumbers| (n.step, n.integers[0]) = (f32::MAX, 1 << 30);
     assert_eq!(made(&huge), Err(ScalarsError::NotFinite));
-    assert_eq!(NodeMesh::on(&field, MAX_SPLITS + 1).map(|_| ()), Err(ScalarsError::Nodes));
+    for splits in [MAX_SPLITS + 1, 32, u32::MAX] {
+        assert_eq!(NodeMesh::on(&field, splits).map(|_| ()), Err(ScalarsError::Nodes));
+    }
 }
 
 /// Vertices that all others share make no factor of absurd size, only an error.
@@ -202,5 +205,6 @@ fn absurd_meshes_are_refused() {
         [[i, j, count], [j, i, count + 1]]
     });
     let spindle = field(TriangleMesh::new(positions, faces.collect()).unwrap());
-    assert_eq!(NodeMesh::on(&spindle, 0).map(|_| ()), Err(ScalarsError::Irregular));
+    let extensions = NodeMesh::on(&spindle, 0).unwrap().extensions(&spindle);
+    assert_eq!(extensions.map(|_| ()), Err(ScalarsError::Irregular));
 }

@@ -15,11 +15,11 @@ use super::nesting::Nesting;
 use super::prediction::Extensions;
 use crate::displacement_field::DisplacementField;
 
-/// Faces of a mesh with nodes, and of one that is split.
-const MAX_FACES: usize = 1 << 20;
-const MAX_SPLIT_FACES: usize = 1 << 17;
+/// Faces of a mesh with nodes, and of one that is split: what is predicted takes some seconds for so many.
+const MAX_FACES: usize = 1 << 17;
+const MAX_SPLIT_FACES: usize = 1 << 16;
 /// Base meshes are split at most so often.
-pub const MAX_SPLITS: u32 = 6;
+pub const MAX_SPLITS: u32 = 3;
 /// Rises of steps are counted in so many parts of an octave.
 pub const RISES: f64 = 8.0;
 /// Contexts of the integers of a level by what is around them, and levels from the finest on that have contexts of their
@@ -44,18 +44,16 @@ pub struct NodeMesh {
 
 impl NodeMesh {
     /// The nodes on a field of which the base mesh is `stored` in the file; `first` are the half-edges of its base mesh that
-    /// begin every face there. And what extends values of coarse levels to finer ones. O(n^1.5) for n nodes.
+    /// begin every face there. O(n log n) for n nodes.
     ///
     /// # Errors
-    /// If there are too many of them, or the mesh is too irregular.
-    pub(crate) fn new(
-        field: &DisplacementField,
-        stored: &ManifoldMesh,
-        first: &[u32],
-        splits: u32,
-    ) -> Result<(Self, Extensions), ScalarsError> {
+    /// If there are too many of them.
+    pub(crate) fn new(stored: &ManifoldMesh, first: &[u32], splits: u32) -> Result<Self, ScalarsError> {
+        if splits > MAX_SPLITS {
+            return Err(ScalarsError::Nodes);
+        }
         let max_faces = if splits == 0 { MAX_FACES } else { MAX_SPLIT_FACES >> (2 * splits) };
-        if splits > MAX_SPLITS || stored.face_count() > max_faces {
+        if stored.face_count() > max_faces {
             return Err(ScalarsError::Nodes);
         }
         let mut meshes = vec![Refinement::from_mesh(stored)];
@@ -84,12 +82,19 @@ impl NodeMesh {
                 points[rank as usize] = FacePoint { face: Face::new(begin / 3), barycentric };
             }
         }
-        let extensions = Extensions::new(&nesting, &field.map(&points), &faces)?;
         let mut places = vec![(0, 0); first.len()];
         for (&begin, f) in first.iter().zip(0..) {
             places[begin as usize / 3] = (f, (begin % 3) as u8);
         }
-        Ok((Self { splits, faces, places, points, nesting }, extensions))
+        Ok(Self { splits, faces, places, points, nesting })
+    }
+
+    /// What extends values of coarse levels to finer ones on the surface of this field. O(n^1.5) for n nodes.
+    ///
+    /// # Errors
+    /// If the mesh is too irregular.
+    pub fn extensions(&self, field: &DisplacementField) -> Result<Extensions, ScalarsError> {
+        Extensions::new(&self.nesting, &field.map(&self.points), &self.faces)
     }
 
     /// How often base faces are split.

@@ -1,6 +1,6 @@
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::*;
 use crate::{Checkpoint, CheckpointError};
@@ -259,7 +259,8 @@ fn checkpoints_on_the_way_and_the_log() {
     let example = Example::new();
     let (kept, told) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let trainer = example.trainer(&NoProgress);
-    let trainer = trainer.keeping(Duration::ZERO, |checkpoint| kept.borrow_mut().push(checkpoint));
+    let trainer =
+        trainer.keeping(Duration::ZERO, Instant::now(), |checkpoint| kept.borrow_mut().push(checkpoint));
     let (whole, _) = trainer.logging(|record| told.borrow_mut().push(*record)).train().unwrap();
     let (kept, told) = (kept.take(), told.take());
     assert_eq!(kept.len(), 13);

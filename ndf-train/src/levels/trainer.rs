@@ -229,10 +229,10 @@ impl<'a> LevelTrainer<'a> {
         Self { log: Some(Box::new(log)), ..self }
     }
 
-    /// Passes a checkpoint to `keep` at the first iteration that starts so long after the last one.
+    /// Passes a checkpoint to `keep` at the first iteration that starts so long after the last one, which was at `last`.
     #[must_use]
-    pub fn keeping(self, every: Duration, keep: impl FnMut(LevelCheckpoint) + 'a) -> Self {
-        Self { keeper: Some(Keeper::new(every, keep)), ..self }
+    pub fn keeping(self, every: Duration, last: Instant, keep: impl FnMut(LevelCheckpoint) + 'a) -> Self {
+        Self { keeper: Some(Keeper::new(every, last, keep)), ..self }
     }
 
     /// Learns to the end, the time limit or the cancellation, which ends with what is learned by then: a run whose time is

@@ -185,9 +185,10 @@ pub fn fit_levels(
     let seconds_sampling = started.elapsed().as_secs_f64();
     progress.check()?;
     let nodes = NodeMesh::on(&model.field, options.splits(base.face_count()))?;
+    let extensions = nodes.extensions(&model.field)?;
     progress.check()?;
-    let at_nodes = values.draw(model, nodes.0.points())?;
-    let mut levels = Levels::new(nodes, &values, &drawn, &at_nodes);
+    let at_nodes = values.draw(model, nodes.points())?;
+    let mut levels = Levels::new((nodes, extensions), &values, &drawn, &at_nodes);
     let fields = levels.run(options.budget, progress)?;
     let report = ScalarReport {
         epochs: levels.sweeps,

@@ -61,6 +61,7 @@ fn one_of_each() -> Vec<Error> {
         OpenError::Model { name: name() }.into(),
         NoMesh::NoFaces { path: path(), vertices: 3 }.into(),
         OpenError::NoArea { name: name() }.into(),
+        OpenError::TooFar { name: name(), vertex: Vertex(0) }.into(),
         OpenError::CloudFile(ReadError::TooFewPoints {
             path: path(),
             source: TooFewPoints { read: 3, kept: 3 },

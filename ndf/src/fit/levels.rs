@@ -46,6 +46,8 @@ struct Learner<'f, 'a> {
     fit: &'f Fit<'a>,
     log: Option<OnRecord<'a>>,
     keep: Option<(Duration, OnCheckpoint<'a>)>,
+    /// When the last checkpoint was passed on, or else the run began: attempts may be shorter than the time between two.
+    kept_at: Instant,
     /// What of the time limit is over when.
     deadline: Option<Instant>,
     /// What is to be resumed.
@@ -76,7 +78,7 @@ impl Fit<'_> {
             }
         };
         let deadline = limit.and_then(|limit| started.checked_add(limit));
-        let mut learner = Learner { fit: &self, log, keep, deadline, resumed, base: None };
+        let mut learner = Learner { fit: &self, log, keep, kept_at: started, deadline, resumed, base: None };
         let learned = match search {
             None => learner.learn(&options, None, self.progress)?,
             Some(search) => learner.search(&options, search, &mut notes)?,
@@ -201,9 +203,11 @@ impl<'f> Learner<'f, '_> {
             trainer = trainer.logging(|record| log(&Record::Levels(record)));
         }
         if let Some((every, keep)) = &mut self.keep {
-            trainer = trainer.keeping(*every, |mut checkpoint| {
+            let (last, kept_at) = (self.kept_at, &mut self.kept_at);
+            trainer = trainer.keeping(*every, last, |mut checkpoint| {
                 checkpoint.search = search.cloned();
                 keep(&checkpoint.into());
+                *kept_at = Instant::now();
             });
         }
         let (fit, mut checkpoint) = trainer.train()?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use ndf_formats::point_cloud;
 use ndf_formats::splats::SplatError;
 use ndf_formats::tensors::TensorError;
-use ndf_mesh::io;
+use ndf_mesh::{Vertex, io};
 use ndf_model::file::ModelError;
 use ndf_surfaces::EmptyMesh;
 use ndf_surfaces::networks::LayoutError;
@@ -64,6 +64,16 @@ pub enum OpenError {
     /// The mesh file could not be read.
     #[error(transparent)]
     MeshFile(#[from] io::ReadError),
+    /// A vertex is so far away that nothing can be computed with it.
+    #[error(
+        "{name}: vertex {vertex} lies beyond 1e75, where lengths cannot be computed any more; scale it down"
+    )]
+    TooFar {
+        /// The file.
+        name: String,
+        /// The vertex, counted from 0.
+        vertex: Vertex,
+    },
     /// The mesh has no faces.
     #[error(
         "{name} {}; a mesh with at least one face is needed here",

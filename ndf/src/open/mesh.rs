@@ -60,6 +60,9 @@ pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError
     if mesh.face_count() == 0 {
         return Err(OpenError::NoFaces { name: name(), vertices: mesh.vertex_count() });
     }
+    if let Some(vertex) = mesh.beyond_reach() {
+        return Err(OpenError::TooFar { name: name(), vertex });
+    }
     let cleaned = repair::without_unusable_faces(&mesh);
     if cleaned.area() == 0.0 {
         return Err(OpenError::NoArea { name: name() });
