@@ -1,6 +1,6 @@
 //! Learning the levels of a base mesh from any surface: rate–distortion optimisation of integers.
 //!
-//! The numbers of [`Levels`] are integers that a file codes in as many bits as they are surprising.
+//! The numbers of [`Levels`](ndf_model::levels::Levels) are integers that a file codes in as many bits as they are surprising.
 //! The descent looks for those of least `D + λ · bits`, where D is the mean squared distance from the
 //! surface: it alternates between projecting the points of the finest level and coordinate descent on the linearised
 //! distance, and lowers λ from a multiple to its own value, so that coarse levels and control vertices settle before
