@@ -7,8 +7,7 @@
 //! what they are.
 //!
 //! A factor for every region, from areas or from distances along many paths, tensors in place of factors, and the stretch
-//! where the surface is not steep were tried on up to nine meshes: none is better than one area beyond chance, but for a
-//! quarter of the error of eigenvalues on one of them.
+//! where the surface is not steep were no better than one area beyond chance (trials that no command repeats).
 
 use serde::Serialize;
 

@@ -337,6 +337,11 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
             "metric",
             format!("area of the input {ratio:.5} times the model's, measured in {:.2} s", metric.seconds),
         ));
+    } else if fitted.model.field.levels().is_some() {
+        rows.push((
+            "metric",
+            "none: more of the model has no true area over it than would be corrected".to_owned(),
+        ));
     }
     Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))
 }

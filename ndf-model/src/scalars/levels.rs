@@ -2,8 +2,8 @@
 //!
 //! Nodes are the vertices of the base mesh, split a few times, on the surface. They become known [level by
 //! level](super::nesting), from a handful to all; a node's value is what the [smoothest
-//! function](super::prediction) through the nodes of coarser levels has there, and an integer times its level's step. Between nodes values are linear on the faces of the split mesh. What is
-//! smooth needs integers on the coarse levels alone.
+//! function](super::prediction) through the nodes of coarser levels has there, and an integer times its level's step.
+//! Between nodes values are linear on the faces of the split mesh. What is smooth needs integers on the coarse levels alone.
 
 use std::sync::Arc;
 
