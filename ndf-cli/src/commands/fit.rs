@@ -340,7 +340,7 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
     } else if fitted.model.field.levels().is_some() {
         rows.push((
             "metric",
-            "none: more of the model has no true area over it than would be corrected".to_owned(),
+            "none: too much of the model has no true area over it (folds, walls)".to_owned(),
         ));
     }
     Ok(Outcome::new(json, format!("{path}: {} bytes\n{}", grouped(figures.model_bytes), table(&rows))))
