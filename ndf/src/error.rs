@@ -173,16 +173,19 @@ fn open(error: &OpenError) -> &'static str {
         OpenError::Model { .. } => "is_model",
         OpenError::ModelFile { source, .. } => model(source),
         OpenError::CheckpointFile { source, .. } => checkpoint(source),
-        OpenError::Unrecognised { .. } | OpenError::NoNetwork { .. } | OpenError::Table { .. } => {
-            "unrecognised"
-        }
+        OpenError::Unrecognised { .. }
+        | OpenError::Foreign { .. }
+        | OpenError::NoNetwork { .. }
+        | OpenError::Table { .. } => "unrecognised",
         OpenError::MeshFile(error) => mesh_file(error),
         OpenError::NoFaces { .. } => "no_faces",
         OpenError::TooFar { .. } => "too_large",
         OpenError::NoArea { .. } | OpenError::EmptyMesh { .. } => "no_area",
         OpenError::CloudFile(error) => match error {
             point_cloud::ReadError::Io { .. } => "io",
-            point_cloud::ReadError::Unrecognised { .. } => "unrecognised",
+            point_cloud::ReadError::Unrecognised { .. } | point_cloud::ReadError::Foreign { .. } => {
+                "unrecognised"
+            }
             point_cloud::ReadError::Malformed { defect, .. } => defect.code(),
             point_cloud::ReadError::NotBuilt { .. } => "not_built",
             point_cloud::ReadError::Mesh(error) => mesh_file(error),
@@ -222,7 +225,7 @@ fn open(error: &OpenError) -> &'static str {
 fn mesh_file(error: &ReadError) -> &'static str {
     match error {
         ReadError::Io { .. } => "io",
-        ReadError::Unrecognised { .. } => "unrecognised",
+        ReadError::Unrecognised { .. } | ReadError::Foreign { .. } => "unrecognised",
         ReadError::Malformed { defect, .. } => defect.code(),
     }
 }

@@ -61,6 +61,7 @@ pub use triangulated::{
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
+pub use ndf_formats::point_cloud::CloudOptions;
 pub use ndf_geodesic::Path;
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 pub use ndf_model::{LengthFactors, Model};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ndf_formats::point_cloud::CleaningReport;
+use ndf_formats::point_cloud::{CleaningReport, UNCLEAR_COLUMNS};
 use ndf_mesh::io::ReadNote;
 use ndf_mesh::repair::RepairNote;
 use ndf_mesh::{NotManifold, ValidationReport};
@@ -18,6 +18,13 @@ use crate::text::grouped;
 #[serde(tag = "note", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Note {
+    /// Points that the file marks as withheld or as noise were left out.
+    PointsFlagged {
+        /// How many.
+        points: usize,
+    },
+    /// Columns that may be normals were passed over.
+    UnclearColumns,
     /// Points that are not finite were left out.
     PointsNotFinite {
         /// How many.
@@ -152,6 +159,8 @@ impl Note {
     pub(crate) fn of_points(report: &CleaningReport) -> Vec<Self> {
         let counted = |n: usize, note: fn(usize) -> Self| (n > 0).then(|| note(n));
         let notes = [
+            counted(report.flagged, |points| Self::PointsFlagged { points }),
+            report.unclear_columns.then_some(Self::UnclearColumns),
             counted(report.not_finite, |points| Self::PointsNotFinite { points }),
             counted(report.duplicates, |points| Self::DuplicatePoints { points }),
             counted(report.without_normal, |points| Self::PointsWithoutNormal { points }),
@@ -178,6 +187,14 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counted = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{n} points") };
         match self {
+            Self::PointsFlagged { points } => {
+                write!(
+                    f,
+                    "{} marked as withheld or as noise in the file, left out (--keep-flagged keeps them)",
+                    counted(*points)
+                )
+            }
+            Self::UnclearColumns => f.write_str(UNCLEAR_COLUMNS),
             Self::PointsNotFinite { points } => write!(f, "{} not finite, left out", counted(*points)),
             Self::DuplicatePoints { points } => {
                 write!(f, "{} in the place of another, merged", counted(*points))

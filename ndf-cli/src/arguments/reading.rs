@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use ndf::{Kind, OpenOptions};
+use ndf::{CloudOptions, Kind, OpenOptions};
 
 use super::numbers::finite;
 use crate::output::Failure;
@@ -24,6 +24,13 @@ pub struct Reading {
     /// Number of the code in that file, from 0.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "latent")]
     pub latent_index: usize,
+    /// What the columns of a text file of points are, in order; any other word passes a column over [default: told from
+    /// the file].
+    #[arg(long, value_name = "x,y,z,nx,ny,nz", value_delimiter = ',', num_args = 1)]
+    pub columns: Option<Vec<String>>,
+    /// Keeps points that a LAS file marks as withheld or as noise.
+    #[arg(long)]
+    pub keep_flagged: bool,
 }
 
 impl Reading {
@@ -34,7 +41,8 @@ impl Reading {
     pub fn options(&self) -> Result<OpenOptions, Failure> {
         let code = |path| ndf::open::read_latent(path, self.latent_index);
         let latent = self.latent.as_deref().map(code).transpose()?;
-        Ok(OpenOptions { kind: self.kind, level: self.iso, latent })
+        let cloud = CloudOptions { columns: self.columns.clone(), keep_flagged: self.keep_flagged };
+        Ok(OpenOptions { kind: self.kind, level: self.iso, latent, cloud })
     }
 }
 

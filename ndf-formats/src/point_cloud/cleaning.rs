@@ -11,6 +11,9 @@ const HOPELESS: f64 = 0.5;
 /// How far the length of a normal may be from 1 to count as unit.
 const UNIT: f64 = 1e-3;
 
+/// What there is to say of columns that may be normals.
+pub const UNCLEAR_COLUMNS: &str = "columns 4 to 6 are neither of length 1 nor colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals";
+
 /// Points as they stand in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawCloud {
@@ -18,6 +21,10 @@ pub struct RawCloud {
     pub positions: Vec<DVec3>,
     /// Normals of any length, one a point, if the file has any.
     pub normals: Option<Vec<DVec3>>,
+    /// Points that the file marks as withheld or as noise; they are not among the others.
+    pub flagged: usize,
+    /// Whether there are columns that may be normals, and were not read as such.
+    pub unclear_columns: bool,
 }
 
 /// Distinct finite points, with unit normals or without.
@@ -32,6 +39,10 @@ pub struct PointCloud {
 pub struct CleaningReport {
     /// Points in the file.
     pub read: usize,
+    /// Points that the file marks as withheld or as noise, left out.
+    pub flagged: usize,
+    /// Whether there are columns that may be normals, and were not read as such.
+    pub unclear_columns: bool,
     /// Points that were not finite, and left out.
     pub not_finite: usize,
     /// Points in the very place of an earlier one, merged with it.
@@ -46,8 +57,10 @@ pub struct CleaningReport {
 
 /// A cloud with too few usable points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{kept} of {read} points are usable; a surface needs at least {FEWEST} distinct finite points")]
+#[error("{kept} of {read} points are usable{}; a surface needs at least {FEWEST} distinct finite points", if *flagged > 0 { format!(" ({flagged} are marked as withheld or as noise; --keep-flagged keeps them)") } else { String::new() })]
 pub struct TooFewPoints {
+    /// Points that the file marks as withheld or as noise.
+    pub flagged: usize,
     /// Points in the file.
     pub read: usize,
     /// Those that are finite and distinct.
@@ -61,8 +74,9 @@ impl PointCloud {
     /// # Errors
     /// If fewer than 4 points are left.
     pub fn cleaned(raw: RawCloud) -> Result<(Self, CleaningReport), TooFewPoints> {
-        let RawCloud { positions, normals } = raw;
-        let mut report = CleaningReport { read: positions.len(), ..CleaningReport::default() };
+        let RawCloud { positions, normals, flagged, unclear_columns } = raw;
+        let read = positions.len() + flagged;
+        let mut report = CleaningReport { read, flagged, unclear_columns, ..CleaningReport::default() };
         let usable = |n: &DVec3| n.is_finite() && n.length() > 0.0;
         let finite: Vec<usize> = (0..positions.len()).filter(|&i| positions[i].is_finite()).collect();
         report.not_finite = positions.len() - finite.len();
@@ -82,7 +96,7 @@ impl PointCloud {
         let groups = coinciding(&positions, kept);
         report.duplicates = groups.iter().map(|group| group.len() - 1).sum();
         if groups.len() < FEWEST {
-            return Err(TooFewPoints { read: report.read, kept: groups.len() });
+            return Err(TooFewPoints { flagged, read, kept: groups.len() });
         }
         let normals = normals.map(|normals| groups.iter().map(|group| mean(&normals, group)).collect());
         let positions = groups.iter().map(|group| positions[group[0]]).collect();
@@ -136,6 +150,10 @@ impl CleaningReport {
             (n > 0).then(|| if n == 1 { format!("1 point {what}") } else { format!("{n} points {what}") })
         };
         let mut all: Vec<String> = [
+            counted(
+                self.flagged,
+                "marked as withheld or as noise in the file, left out (--keep-flagged keeps them)",
+            ),
             counted(self.not_finite, "not finite, left out"),
             counted(self.duplicates, "in the place of another, merged"),
             counted(self.without_normal, "without a usable normal, left out"),
@@ -145,6 +163,9 @@ impl CleaningReport {
         .collect();
         if self.normals_scaled > 0 {
             all.push(format!("{} normals not of length 1, scaled", self.normals_scaled));
+        }
+        if self.unclear_columns {
+            all.push(UNCLEAR_COLUMNS.to_owned());
         }
         if self.normals_given_up {
             all.push("most normals are zero or not finite; all are left out".to_owned());
@@ -181,7 +202,7 @@ mod tests {
 
     fn raw(positions: &[[f64; 3]], normals: Option<&[[f64; 3]]>) -> RawCloud {
         let vectors = |all: &[[f64; 3]]| all.iter().map(|&p| DVec3::from_array(p)).collect();
-        RawCloud { positions: vectors(positions), normals: normals.map(vectors) }
+        RawCloud { positions: vectors(positions), normals: normals.map(vectors), ..RawCloud::default() }
     }
 
     #[test]
@@ -204,6 +225,8 @@ mod tests {
             report,
             CleaningReport {
                 read: 8,
+                flagged: 0,
+                unclear_columns: false,
                 not_finite: 2,
                 duplicates: 1,
                 without_normal: 1,
@@ -230,7 +253,7 @@ mod tests {
     #[test]
     fn too_few_points_are_refused() {
         let error = PointCloud::cleaned(raw(&[[1.0; 3]; 100], None)).unwrap_err();
-        assert_eq!(error, TooFewPoints { read: 100, kept: 1 });
+        assert_eq!(error, TooFewPoints { flagged: 0, read: 100, kept: 1 });
         assert!(PointCloud::cleaned(RawCloud::default()).is_err());
     }
 }

@@ -27,31 +27,48 @@ pub fn silence_damaged_laz() {
     }));
 }
 
-/// Reads the points of a file; the format knows no normals.
-pub(super) fn read(bytes: &[u8]) -> Parsed {
+/// Reads the points of a file, without those that it marks as withheld or as noise, unless they are to be kept; the format
+/// knows no normals.
+pub(super) fn read(bytes: &[u8], keep_flagged: bool) -> Parsed {
     let bytes = without_absurdities(bytes)?;
-    let decoder = thread::Builder::new().name(DECODER.to_owned()).spawn(move || decode(bytes));
+    let decoder = thread::Builder::new().name(DECODER.to_owned()).spawn(move || decode(bytes, keep_flagged));
     let decoder = decoder.map_err(|e| FileDefect::undecodable(format!("no thread to decode it on: {e}")))?;
     decoder.join().unwrap_or_else(|_| Err(FileDefect::undecodable("its compressed data is damaged")))
 }
 
-fn decode(bytes: Vec<u8>) -> Parsed {
+fn decode(bytes: Vec<u8>, keep_flagged: bool) -> Parsed {
     let mut reader = Reader::new(Cursor::new(bytes)).map_err(|e| FileDefect::undecodable(e.to_string()))?;
     let announced = reader.header().number_of_points();
     let chunk = (CHUNK / u64::from(reader.header().point_format().len()).max(1)).max(1);
     let mut data = PointDataBuilder::new().for_header(reader.header()).build();
-    let mut positions = Vec::new();
-    while (positions.len() as u64) < announced {
+    let is_extended = data.format().is_extended;
+    let mut cloud = RawCloud::default();
+    while ((cloud.positions.len() + cloud.flagged) as u64) < announced {
         let read = reader
             .fill_points(chunk, &mut data)
             .map_err(|e| FileDefect::truncated(format!("it ends within its {announced} points: {e}")))?;
         if read == 0 {
-            let found = positions.len() as u64;
+            let found = (cloud.positions.len() + cloud.flagged) as u64;
             return Err(FileDefect::EndsEarly { items: "points", expected: announced, found });
         }
-        positions.extend(data.x().zip(data.y()).zip(data.z()).map(|((x, y), z)| DVec3::new(x, y, z)));
+        let flagged = data.raw_bytes().chunks_exact(data.record_len()).map(|r| is_flagged(r, is_extended));
+        for (((x, y), z), is_flagged) in data.x().zip(data.y()).zip(data.z()).zip(flagged) {
+            if is_flagged && !keep_flagged {
+                cloud.flagged += 1;
+            } else {
+                cloud.positions.push(DVec3::new(x, y, z));
+            }
+        }
     }
-    Ok(RawCloud { positions, normals: None })
+    Ok(cloud)
+}
+
+/// Whether a point is withheld, or of one of the two classes of noise: those that processing is to ignore (LAS 1.4 R15,
+/// Tables 9, 16 and 17). Formats 6 to 10 are extended.
+fn is_flagged(record: &[u8], is_extended: bool) -> bool {
+    let (withheld, class) =
+        if is_extended { (record[15] & 0x04, record[16]) } else { (record[15] & 0x80, record[15] & 0x1f) };
+    withheld != 0 || matches!(class, 7 | 18)
 }
 
 /// A copy of a file in which nothing is left for which the crates would reserve more memory than the file is large:

@@ -1,4 +1,4 @@
-//! Point clouds and their files: PLY, XYZ and its kin, PCD, E57, LAS and LAZ.
+//! Point clouds and their files: PLY, XYZ and its kin, PTS, PTX, PCD, E57, LAS and LAZ.
 //!
 //! [`read_cloud`] reads the files scanners and their programs write; a [`PointCloud`] is what is left once everything
 //! unusable is out.
@@ -20,17 +20,22 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use ndf_core::DVec3;
-use ndf_mesh::io::{self, FileDefect, MeshFormat, VertexScalars};
+use ndf_mesh::io::{self, FileDefect, MeshFormat, Signature, VertexScalars};
 
-pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
+pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints, UNCLEAR_COLUMNS};
 #[cfg(feature = "las")]
 pub use las::silence_damaged_laz;
+pub use text::UnknownColumns;
 
 /// The formats of point clouds known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CloudFormat {
-    /// Lines of numbers: XYZ, PWN, PTS, CSV.
+    /// Lines of numbers: XYZ, PWN, CSV, COLMAP's `points3D.txt`.
     Text,
+    /// PTS: a count, then lines of a place, an intensity and perhaps a colour.
+    Pts,
+    /// PTX, Leica's format of scans on grids.
+    Ptx,
     /// PCD, the format of the Point Cloud Library (text, binary or compressed).
     Pcd,
     /// E57, ASTM E2807.
@@ -45,6 +50,8 @@ impl fmt::Display for CloudFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text => f.write_str("XYZ"),
+            Self::Pts => f.write_str("PTS"),
+            Self::Ptx => f.write_str("PTX"),
             Self::Pcd => f.write_str("PCD"),
             Self::E57 => f.write_str("E57"),
             Self::Las => f.write_str("LAS"),
@@ -76,12 +83,20 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// The content is none of the known formats.
-    #[error("{} is not a point cloud: {reason}; PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ can be read", path.display())]
+    #[error("{} is not a point cloud: {reason}; PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ can be read", path.display())]
     Unrecognised {
         /// The file.
         path: PathBuf,
         /// What was seen instead.
         reason: &'static str,
+    },
+    /// The content is of a format that nothing here reads, or something else stands in the place of the file.
+    #[error("{} is {what}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
     },
     /// The file breaks the rules of its format.
     #[error("{} is not a valid {format} file: {defect}", path.display())]
@@ -116,6 +131,16 @@ pub enum ReadError {
     },
 }
 
+/// How a file of points is to be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CloudOptions {
+    /// What the columns of a text file are, in order: `x`, `y`, `z`, and perhaps `nx`, `ny`, `nz`; a column of any
+    /// other name is passed over. Told from the file if `None`.
+    pub columns: Option<Vec<String>>,
+    /// Whether to keep points that a LAS file marks as withheld or as noise.
+    pub keep_flagged: bool,
+}
+
 /// What a format's reader makes of the bytes; the error says the defect.
 type Parsed = Result<RawCloud, FileDefect>;
 
@@ -124,32 +149,41 @@ type Parsed = Result<RawCloud, FileDefect>;
 /// # Errors
 /// If the file cannot be read, is of no known format, is malformed, or holds fewer than 4 usable points; the message
 /// names file and defect.
-pub fn read_cloud(path: impl AsRef<Path>) -> Result<CloudFile, ReadError> {
+pub fn read_cloud(path: impl AsRef<Path>, options: &CloudOptions) -> Result<CloudFile, ReadError> {
     let path = path.as_ref();
     let bytes = std::fs::read(path).map_err(|source| ReadError::Io { path: path.to_owned(), source })?;
-    parse_cloud(&bytes, path)
+    parse_cloud(&bytes, path, options)
 }
 
-/// Reads a cloud from the bytes of a file, whose path is used in messages.
+/// Reads a cloud from the bytes of a file, whose path is used in messages, and its extension where columns without names
+/// could be normals or colours.
 ///
 /// # Errors
 /// As [`read_cloud`].
-pub fn parse_cloud(bytes: &[u8], path: &Path) -> Result<CloudFile, ReadError> {
+pub fn parse_cloud(bytes: &[u8], path: &Path, options: &CloudOptions) -> Result<CloudFile, ReadError> {
     let owned = || path.to_owned();
-    let format = sniff(bytes).ok_or_else(|| {
+    // Whoever names the columns knows that it is a text.
+    let is_text = options.columns.is_some() && Signature::of(bytes).is_none() && !bytes.contains(&0);
+    let format = sniff(bytes).or_else(|| is_text.then_some(CloudFormat::Text)).ok_or_else(|| {
         let empty = bytes.iter().all(u8::is_ascii_whitespace);
-        let reason = if empty { "it is empty" } else { "its content is of no known format" };
-        ReadError::Unrecognised { path: owned(), reason }
+        match Signature::of(bytes) {
+            Some(Signature::Foreign(what)) => ReadError::Foreign { path: owned(), what },
+            Some(other) => ReadError::Unrecognised { path: owned(), reason: other.clause() },
+            None if empty => ReadError::Unrecognised { path: owned(), reason: "it is empty" },
+            None => ReadError::Unrecognised { path: owned(), reason: "its content is of no known format" },
+        }
     })?;
     let parsed = match format {
-        CloudFormat::Text => text::read(bytes),
+        CloudFormat::Text | CloudFormat::Pts | CloudFormat::Ptx => {
+            text::read(bytes, path, options.columns.as_deref())
+        }
         CloudFormat::Pcd => pcd::read(bytes),
         #[cfg(feature = "e57")]
         CloudFormat::E57 => e57::read(bytes),
         #[cfg(not(feature = "e57"))]
         CloudFormat::E57 => return Err(ReadError::NotBuilt { path: owned(), format, feature: "e57" }),
         #[cfg(feature = "las")]
-        CloudFormat::Las => las::read(bytes),
+        CloudFormat::Las => las::read(bytes, options.keep_flagged),
         #[cfg(not(feature = "las"))]
         CloudFormat::Las => return Err(ReadError::NotBuilt { path: owned(), format, feature: "las" }),
         CloudFormat::Vertices(_) => Ok(vertices(io::parse_mesh(bytes, path)?)),
@@ -160,25 +194,21 @@ pub fn parse_cloud(bytes: &[u8], path: &Path) -> Result<CloudFile, ReadError> {
     Ok(CloudFile { cloud, report, format })
 }
 
-/// The format of a file of points, told from its content; `None` if it is none of them. A PLY file is one whatever
-/// else it holds, if its vertices have places; splats and meshes are to be recognised before.
+/// The format of a file of points, told from its content; `None` if it is none of them. Asks in the order of
+/// [`sniff`](crate::sniff): magic numbers, structure, text, size. A mesh file is one whatever else it holds, if its
+/// vertices have places; splats and meshes are to be recognised before.
 pub fn sniff(bytes: &[u8]) -> Option<CloudFormat> {
-    if bytes.starts_with(b"ASTM-E57") {
-        Some(CloudFormat::E57)
-    } else if bytes.starts_with(b"LASF") {
-        Some(CloudFormat::Las)
-    } else if pcd::recognises(bytes) {
-        Some(CloudFormat::Pcd)
-    } else if let Some(format) = io::sniff(bytes) {
-        Some(CloudFormat::Vertices(format))
-    } else if text::recognises(bytes) {
-        Some(CloudFormat::Text)
-    } else {
-        None
+    match Signature::of(bytes) {
+        Some(Signature::E57) => Some(CloudFormat::E57),
+        Some(Signature::Las) => Some(CloudFormat::Las),
+        Some(Signature::Ply) => Some(CloudFormat::Vertices(MeshFormat::Ply)),
+        Some(_) => None,
+        None if pcd::recognises(bytes) => Some(CloudFormat::Pcd),
+        None => io::sniff(bytes).map(CloudFormat::Vertices).or_else(|| text::recognises(bytes)),
     }
 }
 
-/// The vertices of a mesh file, with the normals of PLY files.
+/// The vertices of a mesh file, with their normals where the reader keeps them.
 fn vertices(file: io::MeshFile) -> RawCloud {
     let column = |names: &[&str]| {
         let named = |s: &&VertexScalars| names.iter().any(|name| s.name.eq_ignore_ascii_case(name));
@@ -193,5 +223,5 @@ fn vertices(file: io::MeshFile) -> RawCloud {
         _ => None,
     };
     let (positions, _) = file.mesh.into_parts();
-    RawCloud { positions, normals }
+    RawCloud { positions, normals, ..RawCloud::default() }
 }

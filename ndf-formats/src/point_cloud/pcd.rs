@@ -77,7 +77,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     let vectors = |first: usize| {
         rows.chunks_exact(columns.len()).map(|row| DVec3::from_slice(&row[first..first + 3])).collect()
     };
-    Ok(RawCloud { positions: vectors(0), normals: normals.map(|_| vectors(3)) })
+    Ok(RawCloud { positions: vectors(0), normals: normals.map(|_| vectors(3)), ..RawCloud::default() })
 }
 
 impl Header {

@@ -12,7 +12,7 @@ use super::*;
 
 /// Reads bytes as points; the error as its sentence.
 fn parse(bytes: &[u8]) -> Result<CloudFile, String> {
-    parse_cloud(bytes, Path::new("cloud")).map_err(|e| e.to_string())
+    parse_cloud(bytes, Path::new("cloud"), &CloudOptions::default()).map_err(|e| e.to_string())
 }
 
 fn points() -> Vec<DVec3> {
@@ -159,6 +159,41 @@ fn las_and_laz_are_read_and_their_truncations_refused() {
 }
 
 #[test]
+fn points_that_a_las_file_marks_are_left_out() {
+    use ::las::{Builder, Color, Point, Writer, point};
+    for format in [0, 1, 6, 7] {
+        let mut builder = Builder::from((1, 4));
+        builder.point_format = point::Format::new(format).unwrap();
+        let mut writer =
+            Writer::new(std::io::Cursor::new(Vec::new()), builder.into_header().unwrap()).unwrap();
+        for (i, p) in points().into_iter().enumerate() {
+            let noise = [point::Classification::Ground, point::Classification::LowPoint][i % 2];
+            let mut point = Point {
+                x: p.x,
+                y: p.y,
+                z: p.z,
+                classification: point::Classification::Building,
+                ..Point::default()
+            };
+            point.gps_time = (format > 0).then_some(0.0);
+            point.color = (format == 7).then(Color::default);
+            writer.write_point(point.clone()).unwrap();
+            // The same elsewhere, marked in one way or another.
+            let is_withheld = i % 2 == 0;
+            let marked = Point { x: 100.0 + p.x, classification: noise, is_withheld, ..point };
+            writer.write_point(marked).unwrap();
+        }
+        let bytes = writer.into_inner().unwrap().into_inner();
+        check(&bytes, CloudFormat::Las, false);
+        let file = parse(&bytes).unwrap();
+        assert_eq!((file.report.read, file.report.flagged), (12, 6));
+        let all = CloudOptions { keep_flagged: true, ..CloudOptions::default() };
+        let all = parse_cloud(&bytes, Path::new("cloud"), &all).unwrap();
+        assert_eq!((all.cloud.positions().len(), all.report.flagged), (12, 0));
+    }
+}
+
+#[test]
 fn vertices_of_mesh_files_are_points() {
     let mut ply =
         "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
@@ -209,11 +244,15 @@ fn real_files_are_read() {
         ("capture0001_kinect.pcd", 249_647, CloudFormat::Pcd),
         ("ellipsoid.laz", 100_000, CloudFormat::Las),
     ] {
-        let file = read_cloud(folder.join(name)).unwrap();
+        // A third of the ellipsoid has the class of noise.
+        let options = CloudOptions { keep_flagged: true, ..CloudOptions::default() };
+        let file = read_cloud(folder.join(name), &options).unwrap();
         assert_eq!((file.cloud.positions().len(), file.format), (count, format), "{name}");
     }
     for name in ["bad_ZeroPoints.e57", "bad_bad-crc.e57", "bad_empty.e57"] {
-        assert!(read_cloud(folder.join(name)).unwrap_err().to_string().contains(name));
+        assert!(
+            read_cloud(folder.join(name), &CloudOptions::default()).unwrap_err().to_string().contains(name)
+        );
     }
     let bytes = std::fs::read(folder.join("capture0001_kinect.pcd")).unwrap();
     // The last bytes are padding.

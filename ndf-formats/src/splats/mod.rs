@@ -14,7 +14,7 @@ mod tests;
 use std::fmt;
 
 use ndf_core::DVec3;
-use ndf_mesh::io::FileDefect;
+use ndf_mesh::io::{FileDefect, Signature};
 
 pub use inria_ply::write_splats;
 
@@ -117,7 +117,8 @@ pub fn splat_format(bytes: &[u8]) -> Option<SplatFormat> {
     if is_spz(bytes) {
         return Some(SplatFormat::Spz);
     }
-    antimatter::recognises(bytes).then_some(SplatFormat::Antimatter)
+    let is_unsigned = Signature::of(bytes).is_none();
+    (is_unsigned && antimatter::recognises(bytes)).then_some(SplatFormat::Antimatter)
 }
 
 /// Reads the splats of a file of any format. Coordinates are those of the authors' PLY: SPZ, which turns y and z, is

@@ -5,7 +5,7 @@ use std::io::{Cursor, Read};
 use ndf_mesh::io::FileDefect;
 use zip::ZipArchive;
 
-use super::{Contents, TensorError, npy};
+use super::{Container, Contents, TensorError, npy};
 
 /// What an entry may grow to when it is unpacked, in sizes of the archive. Weights hardly compress.
 const MOST_GROWTH: u64 = 64;
@@ -43,9 +43,35 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// Whether an archive holds the pickle that `torch.save` writes.
-pub(super) fn has_pickle(bytes: &[u8]) -> bool {
-    Archive::open(bytes).is_ok_and(|archive| archive.names().iter().any(|name| is_pickle(name)))
+/// The container that an archive is; `None` if it can be looked into, and holds neither a pickle nor an array.
+pub(super) fn container_of(bytes: &[u8]) -> Option<Container> {
+    // What is damaged is for the reader to say.
+    let Ok(archive) = Archive::open(bytes) else { return Some(Container::Npz) };
+    let names = archive.names();
+    if names.iter().any(|name| is_pickle(name)) {
+        Some(Container::TorchZip)
+    } else {
+        names.iter().any(|name| name.ends_with(".npy")).then_some(Container::Npz)
+    }
+}
+
+/// What an archive without tensors is, told by what it holds, in words that complete "the file is …".
+pub(super) fn other(bytes: &[u8]) -> &'static str {
+    let names = Archive::open(bytes).map(|archive| archive.names()).unwrap_or_default();
+    let has = |end: &str| names.iter().any(|name| name.to_ascii_lowercase().ends_with(end));
+    if has("meta.json") && (has(".webp") || has(".sog")) {
+        "SOG, PlayCanvas' packed splats, which are not read; convert it to .ply with splat-transform"
+    } else if has(".model") {
+        "a 3MF file, which is not read; export it as OBJ, PLY or STL"
+    } else if has(".usdc") || has(".usda") || has(".usd") {
+        "a USD file, which is not read; export it as OBJ, PLY or STL"
+    } else if has(".weights.h5") {
+        "a model of Keras 3; take the file model.weights.h5 out of it"
+    } else if has(".fcstd") || has("document.xml") {
+        "a document of FreeCAD or of an office; export a mesh from it"
+    } else {
+        "a zip archive; unpack it, and give one of its files"
+    }
 }
 
 /// Whether an entry is the pickle of `torch.save`.

@@ -142,7 +142,8 @@ impl TensorFile {
     /// # Errors
     /// See [`TensorError`].
     pub fn parse(bytes: &[u8]) -> Result<Self, TensorError> {
-        let container = container_of(bytes).ok_or(TensorError::Magic)?;
+        let archive = || bytes.starts_with(b"PK\x03\x04").then_some(Container::Npz);
+        let container = container_of(bytes).or_else(archive).ok_or(TensorError::Magic)?;
         let read = match container {
             #[cfg(feature = "zip")]
             Container::TorchZip => torch::read_zip(bytes),
@@ -211,11 +212,9 @@ pub fn is_tensor_file(bytes: &[u8]) -> bool {
     container_of(bytes).is_some()
 }
 
-fn container_of(bytes: &[u8]) -> Option<Container> {
+pub(crate) fn container_of(bytes: &[u8]) -> Option<Container> {
     match bytes {
-        [b'P', b'K', 3, 4, ..] => {
-            Some(if holds_pickle(bytes) { Container::TorchZip } else { Container::Npz })
-        }
+        [b'P', b'K', 3, 4, ..] => archive_of(bytes),
         [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Some(Container::Npy),
         [0x89, b'H', b'D', b'F', ..] => Some(Container::Hdf5),
         _ if torch::is_legacy(bytes) => Some(Container::TorchLegacy),
@@ -228,12 +227,23 @@ fn container_of(bytes: &[u8]) -> Option<Container> {
     }
 }
 
-/// Whether an archive holds the pickle that `torch.save` writes. Without the reader of archives this is not known.
-fn holds_pickle(bytes: &[u8]) -> bool {
+/// What holds tensors in an archive. Without the reader of archives this is not known.
+#[cfg(feature = "zip")]
+fn archive_of(bytes: &[u8]) -> Option<Container> {
+    archive::container_of(bytes)
+}
+
+#[cfg(not(feature = "zip"))]
+fn archive_of(_: &[u8]) -> Option<Container> {
+    Some(Container::TorchZip)
+}
+
+/// What an archive without tensors is, in words that complete "the file is …".
+pub(crate) fn other_archive(bytes: &[u8]) -> &'static str {
     #[cfg(feature = "zip")]
-    return archive::has_pickle(bytes);
+    return archive::other(bytes);
     #[cfg(not(feature = "zip"))]
-    return !bytes.is_empty();
+    return if bytes.is_empty() { "empty" } else { "a zip archive; unpack it first" };
 }
 
 /// What a reader finds.

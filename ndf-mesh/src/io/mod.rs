@@ -1,6 +1,7 @@
 //! Mesh files: Wavefront OBJ, PLY, STL and OFF read, the first three written.
 //!
-//! What a file is, is decided by its content. Readers take every file apart without trusting it: counts
+//! What a file is, is decided by its content, in this order: magic numbers ([`Signature`]), the words of text formats, and
+//! last, for binary STL, which has neither, its size. Readers take every file apart without trusting it: counts
 //! reserve no memory before the data is there, and every malformed file ends in a [`ReadError`] of one sentence.
 
 mod atomic;
@@ -10,6 +11,7 @@ mod obj;
 mod off;
 mod ply;
 mod polygons;
+mod signature;
 mod stl;
 mod text;
 mod write;
@@ -23,6 +25,7 @@ pub use atomic::atomic_write;
 pub use defect::FileDefect;
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
+pub use signature::Signature;
 pub use write::{WriteError, format_to_write, is_property_name, write_mesh};
 
 /// The mesh file formats known here.
@@ -58,13 +61,25 @@ pub struct VertexScalars {
     pub values: Vec<f32>,
 }
 
+impl VertexScalars {
+    /// Normals as three properties, `nx`, `ny` and `nz`.
+    fn of_normals(normals: &[[f64; 3]]) -> Vec<Self> {
+        let axis = |(axis, name): (usize, &str)| Self {
+            name: name.to_owned(),
+            values: normals.iter().map(|n| n[axis] as f32).collect(),
+        };
+        ["nx", "ny", "nz"].into_iter().enumerate().map(axis).collect()
+    }
+}
+
 /// What a mesh file held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
     /// Vertices in the order of the file (STL: of first occurrence) and faces, polygons cut into fans of
     /// triangles. A point set has no faces.
     pub mesh: TriangleMesh,
-    /// The vertex properties of a PLY file other than `x`, `y`, `z`, in the order of the file.
+    /// The vertex properties of a PLY file other than `x`, `y`, `z`, in the order of the file; the normals `nx`, `ny`,
+    /// `nz` of an OBJ or OFF file without faces, if there is one for each vertex.
     pub scalars: Vec<VertexScalars>,
     /// The format of the file.
     pub format: MeshFormat,
@@ -90,6 +105,14 @@ pub enum ReadError {
         path: PathBuf,
         /// What was seen instead.
         reason: &'static str,
+    },
+    /// The content is of a format that nothing here reads, or something else stands in the place of the file.
+    #[error("{} is {what}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
     },
     /// The file breaks the rules of its format.
     #[error("{} is not a valid {format} file: {defect}", path.display())]
@@ -133,8 +156,16 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(unrecognised("it is empty"));
     }
-    let format = sniff(bytes).or_else(|| format_of_extension(path).filter(|_| !text::is_binary(bytes)));
-    let format = format.ok_or_else(|| unrecognised("its content is of no known format"))?;
+    let format = match Signature::of(bytes) {
+        Some(Signature::Ply) => MeshFormat::Ply,
+        Some(Signature::Foreign(what)) => return Err(ReadError::Foreign { path: path.to_owned(), what }),
+        Some(other) => return Err(unrecognised(other.clause())),
+        None => {
+            let by_name = || format_of_extension(path).filter(|_| !text::is_binary(bytes));
+            sniff(bytes).or_else(by_name).ok_or_else(|| unrecognised("its content is of no known format"))?
+        }
+    };
+    let bytes = text::without_mark(bytes);
     let parsed = match format {
         MeshFormat::Obj => obj::read(bytes),
         MeshFormat::Ply => ply::read(bytes),
@@ -147,19 +178,42 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
     }
 }
 
-/// The mesh format of a file, told from its content; `None` if it is none of them. Looks at the first
-/// kilobytes only (and, for binary STL, at the length).
+/// The mesh format of a file, told from its content; `None` if it is none of them. Looks at the first kilobytes, and,
+/// where they leave it open, at whole files: for OFF without its keyword at the number of lines, for binary STL at the
+/// size and the triangles.
 pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
-    if ply::recognises(bytes) {
-        Some(MeshFormat::Ply)
-    } else if stl::recognises(bytes) {
-        Some(MeshFormat::Stl)
-    } else if off::recognises(bytes) {
+    match Signature::of(bytes) {
+        Some(Signature::Ply) => return Some(MeshFormat::Ply),
+        Some(_) => return None,
+        None => {}
+    }
+    let bytes = text::without_mark(bytes);
+    if off::recognises(bytes) {
         Some(MeshFormat::Off)
+    } else if stl::recognises_text(bytes) {
+        Some(MeshFormat::Stl)
     } else if obj::recognises(bytes) {
         Some(MeshFormat::Obj)
+    } else if off::recognises_without_keyword(bytes) {
+        Some(MeshFormat::Off)
+    } else if stl::recognises_binary(bytes) {
+        Some(MeshFormat::Stl)
     } else {
         None
+    }
+}
+
+/// Whether a mesh file announces faces: those of PLY and OFF in the header, those of OBJ as lines. An STL file counts
+/// always, since it has nothing else.
+pub fn has_faces(bytes: &[u8], format: MeshFormat) -> bool {
+    let bytes = text::without_mark(bytes);
+    match format {
+        MeshFormat::Ply => ply_elements(bytes).is_some_and(|elements| {
+            elements.iter().any(|e| e.count > 0 && matches!(e.name.as_str(), "face" | "tristrips"))
+        }),
+        MeshFormat::Off => off::announces_faces(bytes),
+        MeshFormat::Obj => obj::has_faces(bytes),
+        MeshFormat::Stl => true,
     }
 }
 

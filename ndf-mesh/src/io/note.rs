@@ -19,6 +19,33 @@ pub enum ReadNote {
         /// How many.
         faces: usize,
     },
+    /// Of these, some were not convex, or had several corners in a line, and were cut in their plane by Delaunay's rule.
+    PolygonsNotConvex {
+        /// How many.
+        faces: usize,
+    },
+    /// Of these, some cross themselves in their plane, so that no cut has their area; they were cut into fans.
+    PolygonsCrossed {
+        /// How many.
+        faces: usize,
+    },
+    /// Faces with more than three corners that are not flat: their surface depends on how they are cut.
+    PolygonsNotFlat {
+        /// How many.
+        faces: usize,
+    },
+    /// Rows of a text file of PLY hold more than the header announces, which was passed over.
+    LongRows {
+        /// How many.
+        rows: usize,
+    },
+    /// A binary STL announces no triangles, or as many as can be; those that its size tells were read.
+    CountBySize {
+        /// What it announces.
+        announced: u32,
+        /// How many there are.
+        triangles: usize,
+    },
     /// Bytes follow the last triangle that a binary STL announces.
     TrailingBytes {
         /// How many.
@@ -35,6 +62,28 @@ impl fmt::Display for ReadNote {
             }
             Self::FacesTooSmall { faces } => {
                 write!(f, "{faces} face{} with fewer than three corners left out", plural(faces))
+            }
+            Self::PolygonsNotConvex { faces: 1 } => {
+                f.write_str("1 of these faces is not convex, and was cut within its outline")
+            }
+            Self::PolygonsNotConvex { faces } => {
+                write!(f, "{faces} of these faces are not convex, and were cut within their outlines")
+            }
+            Self::PolygonsCrossed { faces } => {
+                write!(f, "the outline{} of {faces} of these faces cross themselves", plural(faces))
+            }
+            Self::PolygonsNotFlat { faces } => {
+                write!(f, "{faces} of these faces are not flat; their surface depends on how they were cut")
+            }
+            Self::LongRows { rows } => {
+                write!(
+                    f,
+                    "{rows} row{} hold more than the header announces, which was passed over",
+                    plural(rows)
+                )
+            }
+            Self::CountBySize { announced, triangles } => {
+                write!(f, "it announces {announced} triangles; the {triangles} that its size tells were read")
             }
             Self::TrailingBytes { bytes } => {
                 write!(f, "{bytes} bytes after the last announced triangle were passed over")

@@ -1,7 +1,8 @@
 //! Wavefront OBJ: positions and faces, as they stand in the file.
 //!
 //! Readers made for drawing number vertices by first use, drop those no face uses and split them at texture seams. Here
-//! vertices keep the numbers of the file; normals, texture coordinates, objects and groups are passed over.
+//! vertices keep the numbers of the file; texture coordinates, objects and groups are passed over, and so are normals,
+//! but for those of files without faces, where they belong to the points one by one.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -10,7 +11,7 @@ use ndf_core::DVec3;
 
 use super::polygons::Triangles;
 use super::text::{beginning, is_binary, numbered_lines, three_numbers};
-use super::{FileDefect, Parsed};
+use super::{FileDefect, Parsed, VertexScalars};
 use crate::TriangleMesh;
 
 /// First words of the lines of OBJ files.
@@ -20,6 +21,11 @@ const KEYWORDS: [&str; 10] = ["v", "vn", "vt", "f", "l", "o", "g", "s", "mtllib"
 pub(super) fn recognises(bytes: &[u8]) -> bool {
     let begins = |line: &str| line.split_whitespace().next().is_some_and(|word| KEYWORDS.contains(&word));
     !is_binary(bytes) && numbered_lines(&beginning(bytes)).any(|(_, line)| begins(line))
+}
+
+/// Whether a file has a face.
+pub(super) fn has_faces(bytes: &[u8]) -> bool {
+    statements(&String::from_utf8_lossy(bytes)).any(|s| s.keyword() == "f")
 }
 
 /// Reads an OBJ file: positions in the order of the file and faces, of all objects and groups.
@@ -46,7 +52,18 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
             _ => {}
         }
     }
-    triangles.into_content(positions, Vec::new())
+    let normals = if triangles.is_empty() { normals_of_points(&text, vertices) } else { Vec::new() };
+    triangles.into_content(positions, normals)
+}
+
+/// The normals of a file without faces, if there is one for each vertex, as scalars.
+fn normals_of_points(text: &str, vertices: usize) -> Vec<VertexScalars> {
+    let all: Option<Vec<[f64; 3]>> =
+        statements(text).filter(|s| s.keyword() == "vn").map(|s| three_numbers(&mut s.words())).collect();
+    match all {
+        Some(all) if all.len() == vertices => VertexScalars::of_normals(&all),
+        _ => Vec::new(),
+    }
 }
 
 /// The position of a vertex: three numbers. A fourth is a weight; more are a colour, of no interest here.

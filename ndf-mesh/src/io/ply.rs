@@ -11,17 +11,14 @@ use serde::de::Deserializer;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType};
 
 use super::polygons::Triangles;
-use super::{FileDefect, Parsed, VertexScalars};
+use super::text::without_mark;
+use super::{FileDefect, Parsed, ReadNote, Signature, VertexScalars};
 use crate::TriangleMesh;
 
+mod long_rows;
 mod rows;
 
 use rows::{Columns, Row};
-
-/// Whether a file begins as PLY files do.
-pub(super) fn recognises(bytes: &[u8]) -> bool {
-    bytes.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
-}
 
 /// An element that the header of a PLY file announces.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,10 +34,10 @@ pub struct PlyElement {
 /// The elements in the header of a PLY file; `None` if the bytes are no PLY file or its header is malformed. The
 /// body is not looked at.
 pub fn ply_elements(bytes: &[u8]) -> Option<Vec<PlyElement>> {
-    if !recognises(bytes) {
+    if Signature::of(bytes) != Some(Signature::Ply) {
         return None;
     }
-    let (header, _) = split_header(bytes).ok()?;
+    let (header, _) = split_header(without_mark(bytes)).ok()?;
     let reader = PlyReader::from_reader(header.as_bytes()).ok()?;
     let element = |e: &ElementDef| PlyElement {
         name: e.name.clone(),
@@ -54,6 +51,8 @@ pub fn ply_elements(bytes: &[u8]) -> Option<Vec<PlyElement>> {
 /// element `face` and the strips of the element `tristrips`. Other elements are skipped.
 pub(super) fn read(bytes: &[u8]) -> Parsed {
     let (header, body) = split_header(bytes)?;
+    let trimmed = long_rows::trimmed(&header, body)?;
+    let body = trimmed.as_ref().map_or(body, |trimmed| &trimmed.body);
     // The last number of a text file need not be followed by white space, but `serde-ply` asks for it.
     let stream = io::Read::chain(header.as_bytes(), io::Read::chain(body, &b"\n"[..]));
     let mut reader =
@@ -82,7 +81,9 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     }
     let none = || FileDefect::missing("it has no element named vertex");
     let (positions, scalars) = vertices.ok_or_else(none)?;
-    triangles.into_content(positions, scalars)
+    let mut content = triangles.into_content(positions, scalars)?;
+    content.notes.extend(trimmed.map(|trimmed| ReadNote::LongRows { rows: trimmed.rows }));
+    Ok(content)
 }
 
 /// Writes binary little-endian PLY: `x y z` as float, one float property a scalar, and the faces as lists

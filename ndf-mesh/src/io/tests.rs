@@ -316,3 +316,237 @@ fn real_files_are_read() {
     }
     eprintln!("{met} files");
 }
+
+/// Twelve triangles around a box of 1 × 2 × 3, the faces as OFF has them.
+const BOX: [[f64; 3]; 8] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [1.0, 2.0, 0.0],
+    [0.0, 2.0, 0.0],
+    [0.0, 0.0, 3.0],
+    [1.0, 0.0, 3.0],
+    [1.0, 2.0, 3.0],
+    [0.0, 2.0, 3.0],
+];
+const SIDES: [[u32; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
+fn volume(mesh: &TriangleMesh) -> f64 {
+    let of_face = |f: Face| {
+        let [a, b, c] = mesh.corner_positions(f);
+        a.cross(b).dot(c) / 6.0
+    };
+    mesh.face_indices().map(of_face).sum()
+}
+
+fn is_the_box(file: &MeshFile) {
+    let mesh = ManifoldMesh::try_from(file.mesh.clone()).unwrap();
+    assert_eq!((mesh.vertex_count(), mesh.face_count()), (8, 12));
+    assert!((volume(&mesh) - 6.0).abs() < 1e-12 && ValidationReport::of(&mesh).is_closed());
+}
+
+#[test]
+fn off_is_read_in_all_its_ways() {
+    let rows = |row: &dyn Fn(&[f64; 3]) -> String, end: &str| -> String {
+        let vertices: String = BOX.iter().map(|p| row(p) + "\n").collect();
+        let faces: String = SIDES.iter().map(|[a, b, c, d]| format!("4 {a} {b} {c} {d}{end}\n")).collect();
+        vertices + &faces
+    };
+    let plain = |p: &[f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
+    let body = rows(&plain, "");
+    for text in [
+        format!("OFF\n8 6 0\n{body}"),
+        format!("off\n8 6 0\n{body}"),
+        format!("8 6 0\n{body}"),
+        format!("\u{feff}OFF 8 6 12\n{body}"),
+        format!("# a box\n8 6 0\n\n{body}"),
+        format!("OFF 8 6 0 {}", body.replace('\n', " ")),
+        format!("OFF\n8\n6\n0\n{}", body.replace(' ', "\n")),
+        format!("COFF\n8 6 0\n{}", rows(&|p| plain(p) + " 1 0 0 1", " 255 0 0")),
+        format!("NCOFF\n8 6 0\n{}", rows(&|p| plain(p) + " 0 0 1 1 0 0 1", "").replace('\n', "  ")),
+    ] {
+        let file = read("a", text.as_bytes());
+        assert_eq!(file.format, MeshFormat::Off, "{text}");
+        is_the_box(&file);
+    }
+    let mut binary = b"OFF BINARY\n".to_vec();
+    binary.extend([8, 6, 0_u32].map(u32::to_be_bytes).concat());
+    binary.extend(BOX.concat().iter().flat_map(|&x| (x as f32).to_be_bytes()));
+    for side in SIDES {
+        binary.extend([[4].as_slice(), &side, &[1, 0]].concat().iter().flat_map(|&x: &u32| x.to_be_bytes()));
+    }
+    is_the_box(&read("a", &binary));
+    assert!(refusal("a", &binary[..binary.len() - 4]).contains("it ends after 5 of 6 faces"));
+    // Points: counts that no face follows are counts of a cloud.
+    let cloud = format!(
+        "NOFF\n8 0 0\n{}",
+        rows(&|p| plain(p) + " 0 0 2", "").lines().take(8).collect::<Vec<_>>().join("\n")
+    );
+    let file = read("a", cloud.as_bytes());
+    assert_eq!((file.mesh.vertex_count(), file.scalars.len(), file.scalars[2].values[7]), (8, 3, 2.0));
+    assert!(!has_faces(cloud.as_bytes(), MeshFormat::Off));
+    assert_eq!(sniff(b"8 6 0\n1 2 3\n4 5 6\n"), None);
+}
+
+#[test]
+fn stl_is_read_in_all_its_ways() {
+    let mesh = read(
+        "a",
+        format!("OFF\n8 6 0\n{}", {
+            let vertices: String = BOX.iter().map(|p| format!("{} {} {}\n", p[0], p[1], p[2])).collect();
+            vertices + &SIDES.iter().map(|[a, b, c, d]| format!("4 {a} {b} {c} {d}\n")).collect::<String>()
+        })
+        .as_bytes(),
+    )
+    .mesh;
+    let corner = |p: DVec3| format!("vertex {} {} {}\n", p.x, p.y, p.z);
+    let facets: String = mesh
+        .face_indices()
+        .map(|f| {
+            let corners: String = mesh.corner_positions(f).into_iter().map(corner).collect();
+            format!("facet normal 0 nan 1\nouter loop\n{corners}endloop\nendfacet\n")
+        })
+        .collect();
+    let text = format!("solid a facet of vertex a\n{facets}endsolid a facet of vertex a\n");
+    for text in [
+        text.clone(),
+        format!("\u{feff}{text}"),
+        text.replace("endsolid", "end solid"),
+        format!("solid box {facets} endsolid box").replace('\n', " "),
+        format!("solid {facets} end solid").replace('\n', "\t"),
+        format!("SOLID\n{}ENDSOLID", facets.to_uppercase()),
+    ] {
+        let file = read("a", text.as_bytes());
+        assert_eq!(file.format, MeshFormat::Stl);
+        is_the_box(&file);
+    }
+    assert!(refusal("a", &text.as_bytes()[..text.len() - 29]).contains("cut off"));
+    let mut binary = Vec::new();
+    stl::write(&mut binary, &mesh).unwrap();
+    for unknown in [0, u32::MAX] {
+        binary[80..84].copy_from_slice(&unknown.to_le_bytes());
+        let file = read("a", &binary);
+        is_the_box(&file);
+        assert_eq!(file.notes, [ReadNote::CountBySize { announced: unknown, triangles: 12 }]);
+    }
+    binary[80..84].copy_from_slice(&1_000_000_u32.to_le_bytes());
+    assert!(refusal("a", &binary).contains("announces 1000000 triangles but ends after 12"));
+}
+
+#[test]
+fn points_of_obj_have_their_normals() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let cloud = format!("\u{feff}{vertices}{}", "vn 0 0 2\n".repeat(4));
+    let file = read("a", cloud.as_bytes());
+    assert_eq!((file.mesh.vertex_count(), file.scalars.len()), (4, 3));
+    assert_eq!((file.scalars[2].name.as_str(), &file.scalars[2].values[..]), ("nz", &[2.0; 4][..]));
+    assert!(!has_faces(cloud.as_bytes(), MeshFormat::Obj));
+    for other in ["vn 0 0 1\n".to_owned(), "vn 0 0 1\n".repeat(4) + "f 1 2 3\n"] {
+        assert!(read("a", (vertices.to_owned() + &other).as_bytes()).scalars.is_empty());
+    }
+}
+
+/// A prism over an outline in the plane z = 0, moved into the plane of two vectors.
+fn prism(outline: &[[f64; 2]], to: impl Fn(f64, f64, f64) -> DVec3) -> String {
+    let n = outline.len();
+    let mut text = String::new();
+    for height in [0.0, 1.0] {
+        for &[x, y] in outline {
+            let p = to(x, y, height);
+            text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+    }
+    let face = |corners: &mut dyn Iterator<Item = usize>| -> String {
+        "f".to_owned() + &corners.map(|v| format!(" {}", v + 1)).collect::<String>() + "\n"
+    };
+    text += &face(&mut (0..n).rev());
+    text += &face(&mut (n..2 * n));
+    for i in 0..n {
+        let j = (i + 1) % n;
+        text += &face(&mut [i, j, n + j, n + i].into_iter());
+    }
+    text
+}
+
+#[test]
+fn polygons_are_cut_within_their_outlines() {
+    let star: Vec<[f64; 2]> = (0..40)
+        .map(|i| {
+            let (s, c) = (0.15 * f64::from(i) * std::f64::consts::PI / 3.0 + 0.05).sin_cos();
+            let r = if i % 2 == 0 { 2.0 } else { 0.7 };
+            [r * c, r * s]
+        })
+        .collect();
+    // An L whose first corner sees all but not the notch, and one with corners in a line.
+    let l = vec![[3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+    let lined =
+        vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]];
+    let area = |outline: &[[f64; 2]]| {
+        let next = outline.iter().cycle().skip(1);
+        0.5 * outline.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
+    };
+    let length = |outline: &[[f64; 2]]| {
+        let next = outline.iter().cycle().skip(1);
+        outline.iter().zip(next).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>()
+    };
+    let (u, v) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.48, 0.8, -0.36));
+    for outline in [star, l, lined] {
+        for turn in 0..outline.len() {
+            let mut outline = outline.clone();
+            outline.rotate_left(turn);
+            let text = prism(&outline, |x, y, z| 1e3 * DVec3::ONE + x * u + y * v + z * u.cross(v));
+            let file = read("a.obj", text.as_bytes());
+            let n = outline.len();
+            assert_eq!(file.mesh.face_count(), 2 * (n - 2) + 2 * n);
+            let mesh = ManifoldMesh::try_from(file.mesh).unwrap();
+            assert!(ValidationReport::of(&mesh).is_closed());
+            assert!((mesh.area() - 2.0 * area(&outline) - length(&outline)).abs() < 1e-9, "{}", mesh.area());
+            assert!((volume(&mesh) - area(&outline)).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn holes_on_bridges_stay_holes() {
+    // A square of 4 around one of 2, the bridge from corner 0 to corner 4 and back.
+    let text =
+        "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\nf 1 2 3 4 1 5 6 7 8 5\n";
+    let file = read("a", text.as_bytes());
+    assert!((file.mesh.area() - 12.0).abs() < 1e-12);
+    let report = ValidationReport::of(&file.mesh);
+    assert_eq!((file.mesh.face_count(), report.is_oriented_manifold()), (8, true));
+    assert_eq!(file.notes[1], ReadNote::PolygonsNotConvex { faces: 1 });
+}
+
+#[test]
+fn what_no_cut_can_flatten_is_said() {
+    let notes = |text: &str| read("a", text.as_bytes()).notes;
+    // A bow tie, a quadrilateral that is bent, and one without area.
+    let bow = notes("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n");
+    assert!(bow.contains(&ReadNote::PolygonsCrossed { faces: 1 }), "{bow:?}");
+    let bent = notes("v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n");
+    assert!(bent.contains(&ReadNote::PolygonsNotFlat { faces: 1 }), "{bent:?}");
+    for degenerate in [
+        "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3 4\n",
+        "v 0 0 0\nf 1 1 1 1\n",
+        "v nan 0 0\nv 1e300 0 0\nf 1 2 1 2\n",
+    ] {
+        assert_eq!(notes(degenerate).len(), 1);
+    }
+    // A triangle that names a corner twice is one triangle.
+    let file = read("a", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 3\n");
+    assert_eq!(file.mesh.face_count(), 1);
+}
+
+#[test]
+fn rows_of_ply_end_with_their_lines() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nend_header\n";
+    let vertices = "0 0 0\n1 0 0\n1 1 0\n\n0 1 0 7\n";
+    let file = read("a", format!("{header}{vertices}3 0 1 2 9 1 1 1 1\n3 0 2 3 9 1 1\n").as_bytes());
+    assert_eq!(file.mesh.faces(), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(file.notes, [ReadNote::LongRows { rows: 3 }]);
+    // Rows over several lines, and rows as announced, are none of these.
+    let spread = read("a", format!("{header}0 0\n0 1 0 0 1 1 0 0 1 0 3 0\n1 2 9 3 0 2 3 9\n").as_bytes());
+    assert_eq!((spread.mesh.face_count(), spread.notes.len()), (2, 0));
+}

@@ -275,7 +275,9 @@ mod tests {
     use std::sync::LazyLock;
 
     fn spheres_of(positions: Vec<DVec3>, normals: Vec<DVec3>) -> MovingSpheres {
-        let (cloud, _) = PointCloud::cleaned(RawCloud { positions, normals: Some(normals) }).unwrap();
+        let (cloud, _) =
+            PointCloud::cleaned(RawCloud { positions, normals: Some(normals), ..RawCloud::default() })
+                .unwrap();
         let neighbours = Neighbours::new(cloud.positions());
         let planes = LocalPlanes::new(cloud.positions(), &neighbours);
         MovingSpheres::new(&cloud, &planes, neighbours)

@@ -129,7 +129,7 @@ mod tests {
         let samples = AreaSampler::new(mesh).unwrap().sample(count, 9, 0);
         let positions = samples.iter().map(|s| s.position(mesh)).collect();
         let normals = samples.iter().map(|s| sign * mesh.face_normal(s.face)).collect();
-        PointCloud::cleaned(RawCloud { positions, normals: Some(normals) }).unwrap().0
+        PointCloud::cleaned(RawCloud { positions, normals: Some(normals), ..RawCloud::default() }).unwrap().0
     }
 
     fn knot() -> TriangleMesh {

@@ -73,7 +73,8 @@ mod tests {
         let samples = AreaSampler::new(&mesh).unwrap().sample(6000, 3, 0);
         let mut positions: Vec<DVec3> = samples.iter().map(|s| s.position(&mesh)).collect();
         positions.extend([DVec3::splat(2.0), DVec3::new(0.0, 0.0, -2.0)]);
-        let (cloud, _) = PointCloud::cleaned(RawCloud { positions, normals: None }).unwrap();
+        let (cloud, _) =
+            PointCloud::cleaned(RawCloud { positions, normals: None, ..RawCloud::default() }).unwrap();
         unoriented_cloud(&cloud, &NoProgress).unwrap()
     });
 

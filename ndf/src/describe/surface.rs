@@ -27,6 +27,8 @@ pub struct CloudDescription {
     pub faces: usize,
     /// Points in the file.
     pub points_read: usize,
+    /// Points that the file marks as withheld or as noise, left out.
+    pub flagged_points: usize,
     /// Points that are not finite, left out.
     pub nonfinite_points: usize,
     /// Points in the place of another, merged.
@@ -56,6 +58,7 @@ impl CloudDescription {
             vertices: points,
             faces: 0,
             points_read: report.read,
+            flagged_points: report.flagged,
             nonfinite_points: report.not_finite,
             duplicate_points: report.duplicates,
             points_without_normal: report.without_normal,

@@ -64,7 +64,7 @@ fn one_of_each() -> Vec<Error> {
         OpenError::TooFar { name: name(), vertex: Vertex(0) }.into(),
         OpenError::CloudFile(ReadError::TooFewPoints {
             path: path(),
-            source: TooFewPoints { read: 3, kept: 3 },
+            source: TooFewPoints { flagged: 0, read: 3, kept: 3 },
         })
         .into(),
         OpenError::NoNormals { name: name() }.into(),

@@ -1,7 +1,7 @@
 //! Point clouds, with normals and without.
 
 use ndf_core::{Progress, Surface};
-use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud, sniff};
+use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud};
 use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
     Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud,
@@ -22,23 +22,19 @@ impl Representation for Clouds {
         &[Kind::OrientedCloud, Kind::Cloud]
     }
 
-    fn recognises(&self, content: &Content) -> bool {
-        sniff(&content.bytes).is_some()
-    }
-
     fn open(
         &self,
         content: &Content,
         options: &OpenOptions,
         progress: &dyn Progress,
     ) -> Result<Opened, OpenError> {
-        let CloudFile { cloud, report, .. } = parse_cloud(&content.bytes, &content.path)?;
+        let CloudFile { cloud, report, .. } = parse_cloud(&content.bytes, &content.path, &options.cloud)?;
         opened(&cloud, options.kind, &content.name(), Note::of_points(&report), progress)
     }
 
     fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
         let name = content.name();
-        let file = match parse_cloud(&content.bytes, &content.path) {
+        let file = match parse_cloud(&content.bytes, &content.path, &options.cloud) {
             Ok(file) => file,
             // Too few points to learn from: what is in the file can be told all the same.
             Err(error) => {

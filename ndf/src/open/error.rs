@@ -16,7 +16,7 @@ use crate::files::without_faces;
 use crate::kind::Kind;
 
 /// What can be read, for files of no known kind.
-const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PCD, E57, LAS and LAZ, \
+const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
                      networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ and .splat";
 
 /// Why a surface could not be opened. Every message names the file, or what stands for it.
@@ -60,6 +60,14 @@ pub enum OpenError {
         name: String,
         /// What was seen instead.
         reason: &'static str,
+    },
+    /// The file is of a format that nothing here reads, or something else stands in its place.
+    #[error("{name} is {what}")]
+    Foreign {
+        /// The file.
+        name: String,
+        /// What it is.
+        what: &'static str,
     },
     /// The mesh file could not be read.
     #[error(transparent)]

@@ -1,7 +1,7 @@
 //! Triangle meshes of any quality.
 
 use ndf_core::{Progress, Surface};
-use ndf_mesh::io::{MeshFile, ReadError, parse_mesh, ply_elements, sniff};
+use ndf_mesh::io::{MeshFile, ReadError, parse_mesh};
 use ndf_mesh::{TriangleMesh, repair};
 use ndf_surfaces::MeshSurface;
 
@@ -18,16 +18,6 @@ pub(super) struct Meshes;
 impl Representation for Meshes {
     fn kinds(&self) -> &'static [Kind] {
         &[Kind::Mesh]
-    }
-
-    /// Whether a file is of a mesh format. PLY counts if it announces faces.
-    fn recognises(&self, content: &Content) -> bool {
-        match ply_elements(&content.bytes) {
-            Some(elements) => {
-                elements.iter().any(|e| e.count > 0 && matches!(e.name.as_str(), "face" | "tristrips"))
-            }
-            None => sniff(&content.bytes).is_some(),
-        }
     }
 
     fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {

@@ -1,8 +1,9 @@
 //! From a file, or from memory, to a surface that can be learned, whatever represents it.
 //!
-//! What a file is, its content decides: the first `Representation` that recognises the content opens it, unless
-//! [`OpenOptions::kind`] names another. To add a representation: a [`Kind`], a file here with its `Representation`,
-//! and a line in the list.
+//! What a file is, its content decides, unless [`OpenOptions::kind`] names another kind. The formats of
+//! [`ndf_formats::sniff()`] are asked in its order, with snapshots of instant-ngp before them, which name themselves,
+//! and bare numbers last, which only their count tells. To add a representation: a [`Kind`], a file here with its
+//! `Representation`, and a line in `representation`.
 
 mod cloud;
 mod content;
@@ -14,10 +15,12 @@ mod splats;
 use std::path::{Path, PathBuf};
 
 use ndf_core::{NoProgress, Progress};
-use ndf_formats::point_cloud::PointCloud;
+use ndf_formats::point_cloud::{CloudOptions, PointCloud};
+use ndf_formats::{Format, sniff};
 use ndf_mesh::TriangleMesh;
+use ndf_mesh::io::Signature;
 use ndf_model::Model;
-use ndf_surfaces::networks::Latent;
+use ndf_surfaces::networks::{Latent, NeuralField, is_snapshot};
 use ndf_train::Checkpoint;
 
 pub use error::OpenError;
@@ -37,15 +40,14 @@ pub struct OpenOptions {
     pub level: Option<f64>,
     /// The code of the shape, for a decoder of many.
     pub latent: Option<Latent>,
+    /// How files of points are to be read.
+    pub cloud: CloudOptions,
 }
 
 /// Representations that share their files.
 trait Representation: Sync {
     /// The kinds it can open.
     fn kinds(&self) -> &'static [Kind];
-
-    /// Whether a file is of this family, told from its beginning.
-    fn recognises(&self, content: &Content) -> bool;
 
     /// Opens a file, as the kind that the options ask for or that its content tells.
     fn open(
@@ -59,18 +61,36 @@ trait Representation: Sync {
     fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError>;
 }
 
-/// All representations, in the order in which they are asked. What none recognises is left to the first, to say what is
-/// wrong with it.
+/// All representations.
 static REPRESENTATIONS: [&dyn Representation; 4] =
     [&mesh::Meshes, &network::Networks, &splats::Splats, &cloud::Clouds];
 
-/// The representation that opens a file.
-fn representation(content: &Content, options: &OpenOptions) -> &'static dyn Representation {
-    let fits = |representation: &&&dyn Representation| match options.kind {
-        Some(kind) => representation.kinds().contains(&kind),
-        None => representation.recognises(content),
-    };
-    *REPRESENTATIONS.iter().find(fits).unwrap_or(&REPRESENTATIONS[0])
+/// The representation that opens a file. What none recognises is left to that of meshes, to say what is wrong with it.
+fn representation(
+    content: &Content,
+    options: &OpenOptions,
+) -> Result<&'static dyn Representation, OpenError> {
+    let bytes = &content.bytes;
+    let foreign = |what| OpenError::Foreign { name: content.name(), what };
+    if let Some(kind) = options.kind {
+        if let Some(Signature::Foreign(what)) = Signature::of(bytes) {
+            return Err(foreign(what));
+        }
+        let opens = |representation: &&&dyn Representation| representation.kinds().contains(&kind);
+        return Ok(*REPRESENTATIONS.iter().find(opens).unwrap_or(&REPRESENTATIONS[0]));
+    }
+    if is_snapshot(bytes) {
+        return Ok(&network::Networks);
+    }
+    Ok(match sniff(bytes) {
+        Some(Format::Foreign(what)) => return Err(foreign(what)),
+        Some(Format::Tensors(_)) => &network::Networks,
+        Some(Format::Splats(_)) => &splats::Splats,
+        Some(Format::Cloud(_)) => &cloud::Clouds,
+        _ if options.cloud.columns.is_some() => &cloud::Clouds,
+        None if NeuralField::from_flat_file(bytes).is_some() => &network::Networks,
+        _ => &mesh::Meshes,
+    })
 }
 
 /// Opens a surface of any kind. Clouds without normals take some seconds; see [`open_with`] to watch.
@@ -122,7 +142,7 @@ fn open_content(
     if Model::is_model(&content.bytes) {
         return Err(OpenError::Model { name: content.name() });
     }
-    let opened = representation(content, options).open(content, options, progress)?;
+    let opened = representation(content, options)?.open(content, options, progress)?;
     Ok(Opened { path: Some(content.path.clone()), ..opened })
 }
 
@@ -140,7 +160,7 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
         return Ok(Described { description, notes: Vec::new() });
     }
     if !Model::is_model(&content.bytes) {
-        return representation(&content, options).describe(&content, options);
+        return representation(&content, options)?.describe(&content, options);
     }
     let model = Model::from_bytes(&content.bytes)
         .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;

@@ -22,11 +22,6 @@ impl Representation for Networks {
         &[Kind::NeuralSdf, Kind::Neus, Kind::Nerf]
     }
 
-    fn recognises(&self, content: &Content) -> bool {
-        let bytes = &content.bytes;
-        is_tensor_file(bytes) || is_snapshot(bytes) || NeuralField::from_flat_file(bytes).is_some()
-    }
-
     fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
         let Network { field, kind, level, notes, .. } = read(content, options)?;
         let search = field.search();

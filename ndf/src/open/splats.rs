@@ -1,7 +1,7 @@
 //! Gaussian splats.
 
 use ndf_core::{ImplicitField, Progress};
-use ndf_formats::splats::{SplatFormat, parse_splats, splat_format};
+use ndf_formats::splats::{SplatFormat, parse_splats};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::splats::{DensityOptions, SplatDensity, SplatRule};
 
@@ -17,10 +17,6 @@ pub(super) struct Splats;
 impl Representation for Splats {
     fn kinds(&self) -> &'static [Kind] {
         &[Kind::Splats]
-    }
-
-    fn recognises(&self, content: &Content) -> bool {
-        splat_format(&content.bytes).is_some()
     }
 
     fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {

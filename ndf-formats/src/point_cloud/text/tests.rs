@@ -1,0 +1,198 @@
+//! Dialects, names of columns, and what is a normal.
+
+use super::super::{CloudFile, CloudFormat, CloudOptions, parse_cloud};
+use super::*;
+
+/// Points of an ellipsoid, with their normals.
+fn points(count: u32) -> Vec<[DVec3; 2]> {
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let (s, c) = (2.4 * f64::from(i)).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            let unit = DVec3::new(r * c, r * s, z);
+            let axes = DVec3::new(1.0, 2.0, 3.0);
+            [unit * axes, (unit / axes).normalize()]
+        })
+        .collect()
+}
+
+fn read_as(name: &str, text: &str, columns: Option<&str>) -> Result<CloudFile, String> {
+    let columns = columns.map(|names| names.split(',').map(str::to_owned).collect());
+    parse_cloud(text.as_bytes(), name.as_ref(), &CloudOptions { columns, ..CloudOptions::default() })
+        .map_err(|e| e.to_string())
+}
+
+/// A text with a line for each point, after others.
+fn text(before: &str, line: impl Fn(usize, DVec3, DVec3) -> String) -> String {
+    let lines = points(60).into_iter().enumerate().map(|(i, [p, n])| line(i, p, n) + "\n");
+    before.to_owned() + &lines.collect::<String>()
+}
+
+/// Reads a text and expects the points.
+fn check(name: &str, text: &str, columns: Option<&str>, with_normals: bool) -> CloudFile {
+    let file = read_as(name, text, columns).unwrap_or_else(|e| panic!("{e}:\n{}", &text[..200]));
+    let found = file.cloud.positions();
+    let start = &text[..text.len().min(120)];
+    assert_eq!(found.len(), 60, "{start}");
+    for (a, [b, _]) in found.iter().zip(points(60)) {
+        assert!(a.distance(b) < 2e-5, "{a} instead of {b}: {start}");
+    }
+    assert_eq!(file.cloud.normals().is_some(), with_normals, "{start}");
+    for (a, [_, b]) in file.cloud.normals().unwrap_or_default().iter().zip(points(60)) {
+        assert!(a.distance(b) < 2e-5, "{a} instead of {b}: {start}");
+    }
+    file
+}
+
+fn vector(v: DVec3, separator: &str) -> String {
+    format!("{:.6}{separator}{:.6}{separator}{:.6}", v.x, v.y, v.z)
+}
+
+#[test]
+fn decimal_commas_are_decimal() {
+    let comma = |v: DVec3, separator: &str| vector(v, separator).replace('.', ",");
+    for (before, separator) in [("", " "), ("", "\t"), ("x;y;z\n", ";"), ("60\n", " "), ("X; Y; Z\n", "; ")] {
+        check("a.xyz", &text(before, |_, p, _| comma(p, separator)), None, false);
+        // A heading of three names leaves three columns without a meaning.
+        let is_named = before.contains(['x', 'X']);
+        let with_normals = text(before, |_, p, n| comma(p, separator) + separator + &comma(n, separator));
+        check("a.xyz", &with_normals, None, !is_named);
+    }
+    // A whole number has no comma.
+    check("a.xyz", &text("", |i, p, _| format!("{} {}", comma(p, " "), i % 3)), None, false);
+    // Commas between numbers, with blanks or without.
+    check("a.csv", &text("", |_, p, _| vector(p, ",")), None, false);
+    check("a.csv", &text("", |_, p, _| vector(p, ", ")), None, false);
+    let whole = read_as("a.csv", "1,2,3\n4,5,6\n7,8,9\n1,0,0\n", None).unwrap();
+    assert_eq!(whole.cloud.positions()[1], DVec3::new(4.0, 5.0, 6.0));
+}
+
+#[test]
+fn names_decide_what_columns_are() {
+    let colmap = "# 3D point list with one line of data per point:\n#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
+    let track =
+        |i: usize, p: DVec3| format!("{} {} 9 8 7 0.5{}", i + 1, vector(p, " "), " 1 2".repeat(1 + i % 4));
+    for (before, line) in [
+        (
+            "id,intensity,x,y,z\n",
+            &(|i, p, _| format!("{i},7,{}", vector(p, ","))) as &dyn Fn(usize, DVec3, DVec3) -> String,
+        ),
+        ("time;z;y;x\n", &|i, p, _| format!("0.{i};{};{};{}", p.z, p.y, p.x)),
+        ("\"Id\",\"X [m]\",\"Y [m]\",\"Z [m]\"\n", &|i, p, _| format!("\"P{i}\",{}", vector(p, ","))),
+        ("name x y z\n", &|i, p, _| format!("p{i} {}", vector(p, " "))),
+        ("Points:0,Points:1,Points:2\n", &|_, p, _| vector(p, ",")),
+        ("# z y x\n", &|_, p, _| format!("{} {} {}", p.z, p.y, p.x)),
+        ("label,x,y,z,comment\n", &|_, p, _| format!(",{},", vector(p, ","))),
+        (colmap, &|i, p, _| track(i, p)),
+        ("", &|i, p, _| track(i, p)),
+        ("", &|i, p, _| format!("{} {} 9 8 7 0.5 1 2 1 2", i + 1, vector(p, " "))),
+        ("// the words x, y and z in a sentence\n", &|_, p, _| vector(p, " ")),
+        ("# points with x y z\n", &|_, p, _| vector(p, " ") + " 1 2 3"),
+        ("a bunny\n", &|_, p, _| vector(p, " ")),
+    ] {
+        check("a.txt", &text(before, line), None, false);
+    }
+    for (before, line) in [
+        (
+            "//X Y Z Nx Ny Nz Intensity\n",
+            &(|_, p, n| format!("{} {} 0.5", vector(p, " "), vector(n, " ")))
+                as &dyn Fn(usize, DVec3, DVec3) -> String,
+        ),
+        ("X,Y,Z,R,G,B,Normal X,Normal Y,Normal Z\n", &|_, p, n| {
+            format!("{},1,2,3,{}", vector(p, ","), vector(n, ","))
+        }),
+        ("normal_x normal_y normal_z x y z\n", &|_, p, n| format!("{} {}", vector(n, " "), vector(p, " "))),
+    ] {
+        check("a.asc", &text(before, line), None, true);
+    }
+    let lacking = read_as("a.csv", "id,time,intensity\n1,2,3\n4,5,6\n", None).unwrap_err();
+    assert!(lacking.contains("id,time,intensity") && lacking.contains("--columns"), "{lacking}");
+}
+
+#[test]
+fn the_caller_names_columns() {
+    let turned = text("", |i, p, n| format!("{i} {} {} {} {}", p.z, p.y, p.x, vector(n, " ")));
+    check("a.txt", &turned, Some("-,z,y,x,nx,ny,nz"), true);
+    check("a.txt", &turned, Some("id,z,y,x"), false);
+    // More than what the heading says.
+    check("a.csv", &text("x,y,z\n", |_, p, _| format!("{},{},{}", p.y, p.x, p.z)), Some("y,x,z"), false);
+    let words = text("", |i, p, _| format!("p{i} {}", vector(p, " ")));
+    check("a.txt", &words, Some("name,x,y,z"), false);
+    assert!(read_as("a.txt", &turned, Some("x,y")).unwrap_err().contains("do not say which are x, y and z"));
+    let beyond = read_as("a.txt", "1 2 3\n4 5 6\n7 8 9\n", Some("a,b,c,x,y,z")).unwrap_err();
+    assert!(beyond.contains("line 3: it has 3 columns, but column 4 is needed"), "{beyond}");
+    let short = read_as("a.txt", "0 1 2 3\n0 4 5 6\n0 7 8\n", Some("a,x,y,z")).unwrap_err();
+    assert!(short.contains("line 3: it has 3 columns, but column 4 is needed"), "{short}");
+}
+
+#[test]
+fn colours_and_other_numbers_are_no_normals() {
+    let unit = |i: usize| 0.5 + 0.5 * (1.3 * i as f64).sin();
+    for further in [
+        &(|i: usize| format!("{:.3} {:.3} {:.3}", unit(i), unit(i + 7), unit(i + 9)))
+            as &dyn Fn(usize) -> String,
+        // Labels in pure colours, greys, white.
+        &|i| ["1 0 0", "0 1 0", "0 0 1"][i % 3].to_owned(),
+        &|i| ["1.0 0.0 0.0", "0.0 1.0 0.0", "0.0 0.0 0.0"][i % 3].to_owned(),
+        &|_| "0.5 0.5 0.5".to_owned(),
+        &|_| "1 1 1".to_owned(),
+        &|_| "255 255 255".to_owned(),
+        &|i| format!("{} 0 128", i % 256),
+        // Deviations, and returns of a laser.
+        &|i| format!("{:.4} {:.4} {:.4}", 0.01 * unit(i), 0.02 * unit(i), 3.0 * unit(i + 1)),
+        &|i| format!("{} 1 2", i % 3),
+    ] {
+        let cloud = text("", |i, p, _| format!("{} {}", vector(p, " "), further(i)));
+        assert!(!check("a.txt", &cloud, None, false).report.unclear_columns);
+        let with_intensity = text("", |i, p, _| format!("{} {i} {}", vector(p, " "), further(i)));
+        check("a.txt", &with_intensity, None, false);
+        // With normals after them, these are found.
+        let with_normals =
+            text("", |i, p, n| format!("{} {} {}", vector(p, " "), further(i), vector(n, " ")));
+        check("a.txt", &with_normals, None, true);
+    }
+    let flow = text("", |i, p, n| format!("{} {}", vector(p, " "), vector(n * (0.5 + unit(i)), " ")));
+    let file = check("a.xyz", &flow, None, false);
+    assert!(file.report.unclear_columns && file.report.sentences()[0].contains("--columns"));
+    check("a.pwn", &flow, None, true);
+    let red = text("", |_, p, _| vector(p, " ") + " 1 0 0");
+    check("a.xyzrgb", &red, None, false);
+}
+
+#[test]
+fn marks_counts_and_scans_are_understood() {
+    let plain = text("", |_, p, _| vector(p, " "));
+    check("a.xyz", &format!("\u{feff}{plain}"), None, false);
+    check("a.xyz", &format!("\u{feff}x y z\n{plain}"), None, false);
+    let row = |i: usize, p: DVec3| format!("{} {i} 3 2 1", vector(p, " "));
+    let scans = text("20\n", |i, p, _| if i == 19 { row(i, p) + "\n40" } else { row(i, p) });
+    assert_eq!(check("a.pts", &scans, None, false).format, CloudFormat::Pts);
+    let more = read_as("a.pts", &text("59\n", |i, p, _| row(i, p)), None).unwrap_err();
+    assert!(
+        more.contains("a.pts is not a valid PTS file: it announces 59 points, but holds 60; correct"),
+        "{more}"
+    );
+    let fewer = read_as("a.pts", &scans.replace("\n40\n", "\n41\n"), None).unwrap_err();
+    assert!(
+        fewer.contains("the scan at line 22 announces 41 points, but holds 40; the file is cut off"),
+        "{fewer}"
+    );
+}
+
+#[test]
+fn ptx_is_read_in_the_coordinates_of_its_scans() {
+    let header =
+        |n: usize| format!("{n}\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n10 20 30 1\n");
+    // Turned by the matrix from x to y, then moved.
+    let turned = |p: DVec3| DVec3::new(p.y - 20.0, 10.0 - p.x, p.z - 30.0);
+    let one = text(&header(61), |_, p, _| vector(turned(p), " ") + " 0.5") + "0 0 0 0.5\n";
+    assert_eq!(check("a.ptx", &one, None, false).format, CloudFormat::Ptx);
+    let two = text(&header(20), |i, p, _| {
+        let row = vector(turned(p), " ") + " 0.5 1 2 3";
+        if i == 19 { row + "\n" + header(40).trim_end() } else { row }
+    });
+    check("a.ptx", &two, None, false);
+    let cut = read_as("a.ptx", &two[..two.len() - 60], None).unwrap_err();
+    assert!(cut.contains("a.ptx is not a valid PTX file"), "{cut}");
+}
