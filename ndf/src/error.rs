@@ -169,7 +169,7 @@ fn checkpoint(error: &CheckpointError) -> &'static str {
 
 fn open(error: &OpenError) -> &'static str {
     match error {
-        OpenError::Io { .. } => "io",
+        OpenError::Io { .. } | OpenError::Shard { .. } => "io",
         OpenError::Model { .. } => "is_model",
         OpenError::ModelFile { source, .. } => model(source),
         OpenError::CheckpointFile { source, .. } => checkpoint(source),
@@ -205,7 +205,11 @@ fn open(error: &OpenError) -> &'static str {
             LayoutError::Unknown { .. } => "unknown_layout",
             LayoutError::Broken { defect, .. } => defect.code(),
             LayoutError::NotFinite => "not_finite",
-            LayoutError::Latent { .. } => "mismatch",
+            LayoutError::Latent { .. } | LayoutError::ActivationStated | LayoutError::NoSines { .. } => {
+                "mismatch"
+            }
+            LayoutError::Framework(_) => "unsupported",
+            LayoutError::Partial { .. } => "missing",
         },
         OpenError::NoCode { .. } => "no_latent",
         OpenError::OtherKind { .. } => "wrong_kind",

@@ -65,6 +65,7 @@ pub use ndf_formats::point_cloud::CloudOptions;
 pub use ndf_geodesic::Path;
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 pub use ndf_model::{LengthFactors, Model};
+pub use ndf_surfaces::networks::{Activation, NetworkOptions};
 pub use ndf_train::{Checkpoint, FitReport, MetricReport, Settings};
 
 /// The examples of the repository's README are tests.

@@ -10,6 +10,9 @@ use serde::Serialize;
 
 use crate::text::grouped;
 
+/// Names of classes that a sentence holds.
+const MOST_NAMES: usize = 4;
+
 /// Something that was left out, changed or doubtful, and did not stop the work.
 ///
 /// Programs see a variant with numbers, serialised as an object whose `note` names the variant. `Display` gives a
@@ -78,6 +81,11 @@ pub enum Note {
     Foreign {
         /// Their names.
         names: Vec<String>,
+    },
+    /// The file does not say the activation between layers; that of the layout was taken.
+    ActivationAssumed {
+        /// What was taken, as `--activation` has it, and the frequency of sines.
+        activation: String,
     },
     /// A decoder of many shapes was opened without a code.
     NoCode,
@@ -227,12 +235,15 @@ impl fmt::Display for Note {
                 grouped(*splats)
             ),
             Self::Foreign { names } => {
-                write!(
-                    f,
-                    "it refers to {}, which is not run; what that would make is left out",
-                    names.join(", ")
-                )
+                let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+                let rest = names.len().saturating_sub(MOST_NAMES);
+                let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+                write!(f, "it refers to {shown}{more}, which is not run; only tensors are taken from it")
             }
+            Self::ActivationAssumed { activation } => write!(
+                f,
+                "the file does not say which activation the network has; {activation} is assumed (--activation and --omega set it)"
+            ),
             Self::NoCode => {
                 f.write_str("a decoder of many shapes; without a code it is the one with the code 0")
             }

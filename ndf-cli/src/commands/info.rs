@@ -91,9 +91,20 @@ fn of_cloud(cloud: &CloudDescription, notes: &[Note]) -> String {
 
 fn of_network(network: &NetworkDescription) -> String {
     let level = readable(network.level);
+    let name = network.activation.clone().unwrap_or_else(|| "none".to_owned());
+    let frequency = network.omega.map_or_else(String::new, |omega| format!(" of {omega} x"));
+    let octaves = network.octaves.map_or_else(String::new, |octaves| format!("; input in {octaves} octaves"));
+    let assumed = match (network.activation_assumed, network.omega) {
+        (true, Some(_)) => ", assumed: the file does not say (--omega, --activation)",
+        (true, None) => ", assumed: the file does not say (--activation)",
+        (false, _) => "",
+    };
+    let activation = format!("{name}{frequency}{assumed}{octaves}");
     let rows = [
         ("layout", network.layout.to_owned()),
         ("parameters", grouped(network.parameters)),
+        ("widths", network.widths.iter().map(usize::to_string).collect::<Vec<_>>().join(" → ")),
+        ("activation", activation),
         ("level", format!("{level}, {}; the inside is {} it", network.level_rule, network.inside)),
         ("box", extent(&network.bounds, network.diagonal)),
     ];

@@ -155,7 +155,7 @@ fn write_splat_file(arguments: &Arguments, context: &Context) -> Result<Outcome,
             let turn = DQuat::from_rotation_arc(DVec3::Z, n.normalize_or(DVec3::Z)).as_quat();
             let rotation = [turn.w, turn.x, turn.y, turn.z];
             Splat {
-                center: p.as_vec3().to_array(),
+                center: p.as_vec3().as_dvec3().to_array(),
                 scales: [radius, radius, 0.1 * radius],
                 rotation,
                 opacity: 0.9,

@@ -57,7 +57,7 @@ pub struct CleaningReport {
 
 /// A cloud with too few usable points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{kept} of {read} points are usable{}; a surface needs at least {FEWEST} distinct finite points", if *flagged > 0 { format!(" ({flagged} are marked as withheld or as noise; --keep-flagged keeps them)") } else { String::new() })]
+#[error("{}", self.sentence())]
 pub struct TooFewPoints {
     /// Points that the file marks as withheld or as noise.
     pub flagged: usize,
@@ -65,6 +65,22 @@ pub struct TooFewPoints {
     pub read: usize,
     /// Those that are finite and distinct.
     pub kept: usize,
+}
+
+impl TooFewPoints {
+    fn sentence(&self) -> String {
+        let Self { flagged, read, kept } = self;
+        let marked = match flagged {
+            0 => String::new(),
+            _ => format!(" ({flagged} are marked as withheld or as noise; --keep-flagged keeps them)"),
+        };
+        match read {
+            0 => "it holds no points".to_owned(),
+            _ => format!(
+                "{kept} of {read} points are usable{marked}; a surface needs at least {FEWEST} distinct finite points"
+            ),
+        }
+    }
 }
 
 impl PointCloud {

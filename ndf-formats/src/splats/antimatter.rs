@@ -32,7 +32,7 @@ fn splat(record: &[u8; RECORD]) -> Splat {
     let float = |i: usize| f32::from_le_bytes([record[i], record[i + 1], record[i + 2], record[i + 3]]);
     let quaternion = |i: usize| (f32::from(record[28 + i]) - 128.0) / 128.0;
     Splat {
-        center: [0, 4, 8].map(float),
+        center: [0, 4, 8].map(|i| f64::from(float(i))),
         scales: [12, 16, 20].map(float),
         rotation: [0, 1, 2, 3].map(quaternion),
         opacity: f32::from(record[27]) / 255.0,

@@ -71,7 +71,8 @@ fn splat((packed, ranges): (&Packed, &Ranges)) -> Splat {
             lerp(r.min_x, r.max_x, position[0]),
             lerp(r.min_y, r.max_y, position[1]),
             lerp(r.min_z, r.max_z, position[2]),
-        ],
+        ]
+        .map(f64::from),
         scales: [
             lerp(r.min_scale_x, r.max_scale_x, scale[0]).exp(),
             lerp(r.min_scale_y, r.max_scale_y, scale[1]).exp(),

@@ -1,4 +1,4 @@
-//! The authors' PLY: logarithms of scales, logits of opacities, a quaternion w, x, y, z; properties in any order.
+//! The authors' PLY, and that of 2D splats, which have two scales: logarithms of scales, logits of opacities, a quaternion w, x, y, z; properties in any order.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -14,11 +14,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     })?;
     let column = |name: &'static str| property(&file, name).ok_or(SplatError::MissingProperty(name));
     let opacity = column("opacity")?;
-    let scales = [column("scale_0")?, column("scale_1")?, column("scale_2")?];
+    let scales = [Some(column("scale_0")?), Some(column("scale_1")?), property(&file, "scale_2")];
     let rotation = [column("rot_0")?, column("rot_1")?, column("rot_2")?, column("rot_3")?];
     let splat = |(i, p): (usize, &ndf_core::DVec3)| Splat {
-        center: p.as_vec3().to_array(),
-        scales: scales.map(|scale| scale[i].exp()),
+        center: p.to_array(),
+        scales: scales.map(|scale| scale.map_or(0.0, |scale| scale[i].exp())),
         rotation: rotation.map(|part| part[i]),
         opacity: sigmoid(opacity[i]),
     };
@@ -47,7 +47,7 @@ pub fn write_splats(out: &mut dyn Write, splats: &[Splat]) -> io::Result<()> {
         let opacity = splat.opacity.clamp(1e-6, 1.0 - 1e-6);
         let logit = (opacity / (1.0 - opacity)).ln();
         let rest = [0.0; 6].into_iter().chain([logit]).chain(splat.scales.map(f32::ln)).chain(splat.rotation);
-        for number in splat.center.into_iter().chain(rest) {
+        for number in splat.center.map(|x| x as f32).into_iter().chain(rest) {
             out.write_all(&number.to_le_bytes())?;
         }
     }

@@ -2,6 +2,7 @@
 //! records of 32 bytes.
 
 mod antimatter;
+mod checkpoint;
 mod compressed_ply;
 mod inria_ply;
 #[cfg(any(all(test, feature = "full"), feature = "samples"))]
@@ -16,13 +17,16 @@ use std::fmt;
 use ndf_core::DVec3;
 use ndf_mesh::io::{FileDefect, Signature};
 
+pub use checkpoint::splats_of_tensors;
 pub use inria_ply::write_splats;
+
+use crate::tensors::Container;
 
 /// A Gaussian: opacity times exp(−½ ρ²), ρ the distance in units of its standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat {
     /// Its centre.
-    pub center: [f32; 3],
+    pub center: [f64; 3],
     /// Standard deviations along its own axes.
     pub scales: [f32; 3],
     /// From its own axes to those of space: a quaternion w, x, y, z, of any length but zero.
@@ -34,8 +38,9 @@ pub struct Splat {
 impl Splat {
     /// Whether everything is finite and the scales are not negative.
     pub fn is_sound(&self) -> bool {
-        let numbers = self.center.iter().chain(&self.scales).chain(&self.rotation).chain([&self.opacity]);
-        numbers.clone().all(|x| x.is_finite())
+        let mut numbers = self.scales.iter().chain(&self.rotation).chain([&self.opacity]);
+        self.center.iter().all(|x| x.is_finite())
+            && numbers.all(|x| x.is_finite())
             && self.scales.iter().all(|&s| s >= 0.0)
             && self.rotation.iter().any(|&q| q != 0.0)
     }
@@ -59,6 +64,8 @@ pub enum SplatFormat {
     Spz,
     /// Records of 32 bytes, as antimatter15's viewer has them; there is nothing else to know it by.
     Antimatter,
+    /// A checkpoint of gsplat, nerfstudio or the authors' code.
+    Checkpoint(Container),
 }
 
 impl fmt::Display for SplatFormat {
@@ -68,6 +75,7 @@ impl fmt::Display for SplatFormat {
             Self::CompressedPly => "compressed PLY",
             Self::Spz => "SPZ",
             Self::Antimatter => "splat",
+            Self::Checkpoint(container) => return container.fmt(f),
         })
     }
 }
@@ -136,6 +144,8 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
         #[cfg(not(feature = "spz"))]
         SplatFormat::Spz => Err(SplatError::NotBuilt { format, feature: "spz" }),
         SplatFormat::Antimatter => Ok(antimatter::read(bytes)),
+        // Tensors are read before.
+        SplatFormat::Checkpoint(_) => Err(SplatError::Unknown),
     }?;
     if splats.is_empty() { Err(SplatError::Empty) } else { Ok((format, splats)) }
 }

@@ -21,8 +21,13 @@ const TWO: [Splat; 2] = [
 /// Records of 32 bytes.
 pub fn antimatter() -> Vec<u8> {
     let record = |splat: &Splat| {
-        let mut bytes: Vec<u8> =
-            splat.center.iter().chain(&splat.scales).flat_map(|x: &f32| x.to_le_bytes()).collect();
+        let mut bytes: Vec<u8> = splat
+            .center
+            .map(|x| x as f32)
+            .iter()
+            .chain(&splat.scales)
+            .flat_map(|x: &f32| x.to_le_bytes())
+            .collect();
         bytes.extend([128, 128, 128, (255.0 * splat.opacity) as u8]);
         bytes.extend(splat.rotation.map(|q| (q * 127.0 + 128.0) as u8));
         bytes

@@ -134,7 +134,7 @@ fn splats(header: &Header, parts: [&[u8]; 5]) -> Vec<Splat> {
         let [w, x, y, z] = if rotation_size == 3 { first_three(bytes) } else { smallest_three(bytes) };
         Splat {
             // Right, up, back here; right, down, front in the authors' files: half a turn about x.
-            center: [position[0], -position[1], -position[2]],
+            center: [position[0], -position[1], -position[2]].map(f64::from),
             scales: [0, 1, 2].map(scale),
             rotation: [w, x, -y, -z],
             opacity: f32::from(opacities[i]) / 255.0,

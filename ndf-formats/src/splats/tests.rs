@@ -21,7 +21,7 @@ fn ball() -> Vec<Splat> {
         .map(|&p| {
             let turn = ndf_core::glam::DQuat::from_rotation_arc(DVec3::Z, p.normalize());
             Splat {
-                center: p.as_vec3().to_array(),
+                center: p.as_vec3().as_dvec3().to_array(),
                 scales: [0.04, 0.04, 0.001],
                 rotation: [turn.w as f32, turn.x as f32, turn.y as f32, turn.z as f32],
                 opacity: 0.9,
@@ -60,7 +60,7 @@ fn formats_agree_with_one_another() {
             let Some(i) = closest(&tree, splat) else { continue };
             let twin = &chair[i];
             looked_at += 1;
-            let distance = (0..3).map(|k| (splat.center[k] - twin.center[k]).powi(2)).sum::<f32>().sqrt();
+            let distance = (0..3).map(|k| (splat.center[k] - twin.center[k]).powi(2)).sum::<f64>().sqrt();
             close += usize::from(distance < place);
             alike += usize::from(covariances_agree(splat, twin));
             opaque += usize::from((splat.opacity - twin.opacity).abs() < 0.01);
@@ -171,4 +171,74 @@ fn damaged_real_files_are_survived() {
             let _ = parse_splats(&changed);
         }
     }
+}
+
+#[test]
+fn flat_splats_have_two_scales() {
+    let mut bytes = Vec::new();
+    write_splats(&mut bytes, &ball()).unwrap();
+    let whole = parse_splats(&bytes).unwrap().1;
+    // The header without the third scale, and the rows without its four bytes.
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    let mut flat =
+        String::from_utf8_lossy(&bytes[..end]).replace("property float scale_2\n", "").into_bytes();
+    for row in bytes[end..].chunks_exact(68) {
+        flat.extend([&row[..48], &row[52..]].concat());
+    }
+    let (format, found) = parse_splats(&flat).unwrap();
+    assert_eq!((format, found.len()), (SplatFormat::InriaPly, whole.len()));
+    for (a, b) in found.iter().zip(&whole) {
+        assert_eq!(
+            (a.center, a.rotation, a.scales[..2].to_vec(), a.scales[2]),
+            (b.center, b.rotation, b.scales[..2].to_vec(), 0.0)
+        );
+        assert!(a.is_sound());
+    }
+}
+
+#[test]
+fn places_of_splats_are_double() {
+    let header: String = ["opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"]
+        .iter()
+        .map(|name| format!("property float {name}\n"))
+        .collect();
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty double z\n{header}end_header\n\
+         500000.001 4000000.002 100.003 0 -1 -1 -1 1 0 0 0\n"
+    );
+    assert_eq!(parse_splats(text.as_bytes()).unwrap().1[0].center, [500_000.001, 4_000_000.002, 100.003]);
+}
+
+#[test]
+fn checkpoints_of_training_hold_splats() {
+    use crate::tensors::{Tensor, TensorFile, to_safetensors};
+    let ball = ball();
+    let tensor = |width: usize, numbers: &dyn Fn(&Splat) -> Vec<f32>| {
+        Tensor::new(vec![ball.len(), width], ball.iter().flat_map(numbers).collect()).unwrap()
+    };
+    let logit = |p: f32| (p / (1.0 - p)).ln();
+    let named = |prefix: &str, names: [&str; 4]| {
+        let tensors = [
+            tensor(3, &|s| s.center.map(|x| x as f32).to_vec()),
+            tensor(3, &|s| s.scales.map(f32::ln).to_vec()),
+            tensor(4, &|s| s.rotation.to_vec()),
+            tensor(1, &|s| vec![logit(s.opacity)]),
+        ];
+        let named: Vec<(String, Tensor)> =
+            names.iter().zip(tensors).map(|(name, tensor)| (format!("{prefix}{name}"), tensor)).collect();
+        TensorFile::parse(&to_safetensors(&named).unwrap()).unwrap()
+    };
+    for (prefix, names) in [
+        ("splats.", ["means", "scales", "quats", "opacities"]),
+        ("pipeline._model.gauss_params.", ["means", "scales", "quats", "opacities"]),
+        ("0.", ["1", "4", "5", "6"]),
+    ] {
+        let found = splats_of_tensors(&named(prefix, names)).unwrap();
+        assert_eq!(found.len(), ball.len());
+        for (a, b) in found.iter().zip(&ball) {
+            assert_eq!((a.center, a.rotation), (b.center, b.rotation));
+            assert!((a.scales[0] - b.scales[0]).abs() < 1e-6 && (a.opacity - b.opacity).abs() < 1e-6);
+        }
+    }
+    assert!(splats_of_tensors(&named("", ["mean", "scales", "quats", "opacities"])).is_none());
 }

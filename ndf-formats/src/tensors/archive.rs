@@ -87,7 +87,7 @@ pub(super) fn read_npz(bytes: &[u8]) -> Result<Contents, TensorError> {
     names.sort_unstable();
     for name in names {
         let Some(stem) = name.strip_suffix(".npy") else { continue };
-        let Contents { tensors, foreign } = npy::read(&archive.read(&name)?, stem)?;
+        let Contents { tensors, foreign, .. } = npy::read(&archive.read(&name)?, stem)?;
         all.tensors.extend(tensors);
         all.foreign.extend(foreign);
     }

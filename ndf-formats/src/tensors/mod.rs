@@ -128,9 +128,19 @@ fn foreign_note(foreign: &[String]) -> String {
     format!("; it names classes that are not run: {}", foreign.join(", "))
 }
 
+/// An object of a pickle whose class is not run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Module {
+    /// Full name of its class.
+    pub class: String,
+    /// Its attributes that are numbers.
+    pub numbers: BTreeMap<String, f64>,
+}
+
 /// The tensors of a file.
 #[derive(Clone, Debug)]
 pub struct TensorFile {
+    modules: Vec<Module>,
     container: Container,
     tensors: BTreeMap<String, Tensor>,
     foreign: Vec<String>,
@@ -162,11 +172,11 @@ impl TensorFile {
             #[cfg(not(feature = "hdf5"))]
             Container::Hdf5 => Err(TensorError::NotBuilt { container, feature: "hdf5" }),
         };
-        let Contents { tensors, foreign } = read?;
+        let Contents { tensors, foreign, modules } = read?;
         if tensors.is_empty() {
             return Err(TensorError::Empty { foreign });
         }
-        Ok(Self { container, tensors, foreign })
+        Ok(Self { modules, container, tensors, foreign })
     }
 
     /// Where the tensors come from.
@@ -184,7 +194,22 @@ impl TensorFile {
         self.tensors.iter().map(|(name, tensor)| (name.as_str(), tensor))
     }
 
-    /// Classes the file's pickle names that are neither loaded nor run; their contents are left out.
+    /// The tensors of several files as those of one: shards of a network. `None` for no files.
+    pub fn merged(files: impl IntoIterator<Item = Self>) -> Option<Self> {
+        files.into_iter().reduce(|mut all, file| {
+            all.tensors.extend(file.tensors);
+            all.foreign.extend(file.foreign);
+            all.modules.extend(file.modules);
+            all
+        })
+    }
+
+    /// Objects of the file's pickle whose classes are not run, such as modules of a network saved whole.
+    pub fn modules(&self) -> &[Module] {
+        &self.modules
+    }
+
+    /// Classes the file's pickle names that are neither loaded nor run; only the tensors in them are.
     pub fn foreign(&self) -> &[String] {
         &self.foreign
     }
@@ -251,6 +276,7 @@ pub(crate) fn other_archive(bytes: &[u8]) -> &'static str {
 struct Contents {
     tensors: BTreeMap<String, Tensor>,
     foreign: Vec<String>,
+    modules: Vec<Module>,
 }
 
 /// Kinds of numbers.

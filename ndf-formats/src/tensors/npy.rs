@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Contents, TensorError> {
         numbers.ok_or_else(|| TensorError::Kind { name: name.to_owned(), kind: header.kind.clone() })?;
     let tensor = array(&header.shape, element, swapped, header.by_columns, data);
     let tensor = tensor.ok_or_else(|| FileDefect::truncated(format!("array {name} is cut off")))?;
-    Ok(Contents { tensors: [(name.to_owned(), tensor)].into(), foreign: Vec::new() })
+    Ok(Contents { tensors: [(name.to_owned(), tensor)].into(), ..Contents::default() })
 }
 
 /// Header and data.

@@ -157,3 +157,94 @@ fn damaged_real_files_are_survived() {
         }
     }
 }
+
+/// A pickle of an object of a class, with a state.
+fn object(class: &str, state: &[u8]) -> Vec<u8> {
+    let (module, name) = class.rsplit_once('.').unwrap();
+    [format!("c{module}\n{name}\n)").as_bytes(), &[0x81], state, b"b"].concat()
+}
+
+fn text(word: &str) -> Vec<u8> {
+    [&[b'X'][..], &(word.len() as u32).to_le_bytes(), word.as_bytes()].concat()
+}
+
+/// A dictionary of objects by their names.
+fn dictionary(entries: &[(&str, Vec<u8>)]) -> Vec<u8> {
+    let entries: Vec<u8> =
+        entries.iter().flat_map(|(name, value)| [text(name), value.clone()].concat()).collect();
+    [&b"}("[..], &entries, b"u"].concat()
+}
+
+#[test]
+fn modules_saved_whole_hold_their_tensors() {
+    // The tensor within the pickle of a dictionary.
+    let pickle = samples::torch_pickle([3, 1]);
+    let at = pickle.iter().position(|&b| b == b'c').unwrap();
+    let tensor = pickle[at..pickle.len() - 2].to_vec();
+    let real = |x: f64| [&[b'G'][..], &x.to_be_bytes()].concat();
+    let whole = |module: Vec<u8>| {
+        let pickle = [&b"\x80\x02"[..], &module, b"."].concat();
+        samples::zip_of(&[
+            ("a/data.pkl", &pickle),
+            ("a/data/0", &samples::floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+        ])
+    };
+    let layer = object(
+        "torch.nn.modules.linear.Linear",
+        &dictionary(&[
+            ("_parameters", dictionary(&[("weight", tensor.clone())])),
+            ("in_features", b"K\x03".to_vec()),
+        ]),
+    );
+    let activation = object(
+        "torch.nn.modules.activation.Softplus",
+        &dictionary(&[
+            ("_parameters", b"}".to_vec()),
+            ("beta", b"K\x64".to_vec()),
+            ("threshold", real(20.0)),
+        ]),
+    );
+    let module = object(
+        "__main__.Field",
+        &dictionary(&[
+            ("_parameters", b"}".to_vec()),
+            ("_modules", dictionary(&[("lin0", layer), ("act", activation)])),
+        ]),
+    );
+    let file = TensorFile::parse(&whole(module)).unwrap();
+    assert_eq!(file.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["lin0.weight"]);
+    assert_eq!(file.get("lin0.weight").unwrap().shape(), [2, 3]);
+    let softplus = file.modules().iter().find(|module| module.class.ends_with("Softplus")).unwrap();
+    assert_eq!((softplus.numbers["beta"], softplus.numbers["threshold"]), (100.0, 20.0));
+    // TorchScript has attributes by their names, and the parameters of activations in its code.
+    let scripted = object(
+        "__torch__.Field",
+        &dictionary(&[("net", object("__torch__.Linear", &dictionary(&[("weight", tensor)])))]),
+    );
+    let pickle = [&b"\x80\x02"[..], &scripted, b"."].concat();
+    let file = TensorFile::parse(&samples::zip_of(&[
+        ("a/data.pkl", &pickle),
+        ("a/data/0", &samples::floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+        ("a/code/__torch__.py", b"x = torch.softplus(y, 100, 20.)\nz = torch.relu(x)\n"),
+    ]))
+    .unwrap();
+    assert!(file.get("net.weight").is_some());
+    let told: Vec<(&str, Option<f64>)> = file
+        .modules()
+        .iter()
+        .filter(|module| !module.class.starts_with("__torch__"))
+        .map(|module| (module.class.as_str(), module.numbers.get("beta").copied()))
+        .collect();
+    assert_eq!(told, [("ReLU", None), ("Softplus", Some(100.0))]);
+}
+
+#[test]
+fn shards_are_one_file() {
+    let part = |name: &str| {
+        let tensor = Tensor::new(vec![1], vec![2.0]).unwrap();
+        TensorFile::parse(&to_safetensors(&[(name.to_owned(), tensor)]).unwrap()).unwrap()
+    };
+    let whole = TensorFile::merged([part("a"), part("b")]).unwrap();
+    assert_eq!(whole.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
+    assert!(TensorFile::merged([]).is_none());
+}

@@ -113,6 +113,10 @@ impl Signature {
             Some(Self::Foreign("a web page instead of the file itself; download it again by its direct link"))
         } else if text.starts_with(b"<?xml") {
             Self::of(text)
+        } else if text.starts_with(b"{") {
+            Some(Self::Foreign(
+                "JSON, such as a scene of glTF, which is not read; export it as OBJ, PLY or STL",
+            ))
         } else if bytes.len() > TAR && bytes.iter().all(|&b| b == 0) {
             Some(Self::Foreign("all zeros; it was not written or downloaded to its end"))
         } else {
@@ -148,6 +152,7 @@ mod tests {
             (b"<!DOCTYPE html>\n<html>", "web page"),
             (b"\xef\xbb\xbf \n<HTML lang=en>", "web page"),
             (b"\n<?xml version=\"1.0\"?><Error/>", "XML"),
+            (b" {\"asset\": {\"version\": \"2.0\"}}", "glTF"),
             (b"BZh91AY", "bzip2"),
             (b"\xff\xfe0\0 \0", "UTF-16"),
             (&[0; 400], "zeros"),

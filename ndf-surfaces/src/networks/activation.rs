@@ -4,6 +4,9 @@
 //! products between them. These are polynomials without branches, which the compiler turns into SIMD
 //! instructions of the processor at hand (dispatched by `pulp`), accurate to about 10⁻⁷.
 
+use std::fmt;
+use std::str::FromStr;
+
 use pulp::Arch;
 
 /// A function applied to every number.
@@ -13,6 +16,11 @@ pub enum Activation {
     Relu,
     /// x, or eˣ − 1 below 0
     Elu,
+    /// x, or a multiple of it below 0
+    LeakyRelu {
+        /// The slope below 0.
+        slope: f32,
+    },
     /// ln(1 + e^βx) / β
     Softplus {
         /// β
@@ -27,6 +35,63 @@ pub enum Activation {
     Cosine,
     /// tanh(x)
     Tanh,
+    /// x / (1 + e^−x), also named swish
+    Silu,
+    /// x Φ(x), Φ the distribution function of the normal distribution
+    Gelu,
+}
+
+/// A name that no activation has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there is no activation named {0}; known are relu, leaky-relu:SLOPE, elu, softplus:BETA, sine:OMEGA, cosine, tanh, silu and gelu"
+)]
+pub struct UnknownActivation(pub String);
+
+impl FromStr for Activation {
+    type Err = UnknownActivation;
+
+    /// A name, and after a colon its parameter, as PyTorch has it by default: `leaky-relu:0.01`, `softplus:1`, `sine:30`.
+    fn from_str(text: &str) -> Result<Self, UnknownActivation> {
+        let unknown = || UnknownActivation(text.to_owned());
+        let (name, parameter) = match text.split_once(':') {
+            Some((name, number)) => {
+                let number: f32 = number.parse().map_err(|_| unknown())?;
+                (name, Some(number).filter(|x| x.is_finite() && *x > 0.0).ok_or_else(unknown)?.into())
+            }
+            None => (text, None),
+        };
+        let number = |default: f32| parameter.unwrap_or(default);
+        match (name, parameter) {
+            ("leaky-relu" | "leakyrelu", _) => Ok(Self::LeakyRelu { slope: number(0.01) }),
+            ("softplus", _) => Ok(Self::Softplus { beta: number(1.0) }),
+            ("sine" | "sin", _) => Ok(Self::Sine { frequency: number(30.0) }),
+            ("relu", None) => Ok(Self::Relu),
+            ("elu", None) => Ok(Self::Elu),
+            ("cosine" | "cos", None) => Ok(Self::Cosine),
+            ("tanh", None) => Ok(Self::Tanh),
+            ("silu" | "swish", None) => Ok(Self::Silu),
+            ("gelu", None) => Ok(Self::Gelu),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+impl fmt::Display for Activation {
+    /// As [`FromStr`] reads it; the frequency of a sine is told apart.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Relu => f.write_str("relu"),
+            Self::LeakyRelu { slope } => write!(f, "leaky-relu:{slope}"),
+            Self::Elu => f.write_str("elu"),
+            Self::Softplus { beta } => write!(f, "softplus:{beta}"),
+            Self::Sine { .. } => f.write_str("sine"),
+            Self::Cosine => f.write_str("cosine"),
+            Self::Tanh => f.write_str("tanh"),
+            Self::Silu => f.write_str("silu"),
+            Self::Gelu => f.write_str("gelu"),
+        }
+    }
 }
 
 impl Activation {
@@ -34,6 +99,7 @@ impl Activation {
     pub(super) fn apply(self, x: &[f32], y: &mut [f32]) {
         match self {
             Self::Relu => map(x, y, |x| x.max(0.0)),
+            Self::LeakyRelu { slope } => map(x, y, move |x| if x > 0.0 { x } else { slope * x }),
             Self::Elu => map(x, y, |x| if x > 0.0 { x } else { exp_of_negative(x) - 1.0 }),
             Self::Softplus { beta } => {
                 let scale = beta.recip();
@@ -42,6 +108,8 @@ impl Activation {
             Self::Sine { frequency } => map(x, y, move |x| sine(frequency * x)),
             Self::Cosine => map(x, y, cosine),
             Self::Tanh => map(x, y, tanh),
+            Self::Silu => map(x, y, |x| x * sigmoid(x)),
+            Self::Gelu => map(x, y, |x| x * normal_distribution(x)),
         }
     }
 
@@ -49,6 +117,7 @@ impl Activation {
     pub(super) fn pull_back(self, x: &[f32], adjoint: &mut [f32]) {
         match self {
             Self::Relu => scale(x, adjoint, |x| if x > 0.0 { 1.0 } else { 0.0 }),
+            Self::LeakyRelu { slope } => scale(x, adjoint, move |x| if x > 0.0 { 1.0 } else { slope }),
             Self::Elu => scale(x, adjoint, |x| if x > 0.0 { 1.0 } else { exp_of_negative(x) }),
             Self::Softplus { beta } => scale(x, adjoint, move |x| {
                 let e = exp_of_negative(-(beta * x).abs());
@@ -59,6 +128,14 @@ impl Activation {
             Self::Tanh => scale(x, adjoint, |x| {
                 let t = tanh(x);
                 1.0 - t * t
+            }),
+            Self::Silu => scale(x, adjoint, |x| {
+                let s = sigmoid(x);
+                s * (1.0 + x * (1.0 - s))
+            }),
+            Self::Gelu => scale(x, adjoint, |x| {
+                let density = exp_of_negative(-0.5 * x * x) * FRAC_1_SQRT_TAU;
+                normal_distribution(x) + x * density
             }),
         }
     }
@@ -133,6 +210,25 @@ fn sine_of_small(r: f32) -> f32 {
     r * (1.0 + t * (-1.0 / 6.0 + t * (1.0 / 120.0 + t * p)))
 }
 
+/// 1 / √(2π)
+const FRAC_1_SQRT_TAU: f32 = 0.398_942_3;
+
+#[inline(always)]
+fn sigmoid(x: f32) -> f32 {
+    let e = exp_of_negative(-x.abs());
+    (if x > 0.0 { 1.0 } else { e }) / (1.0 + e)
+}
+
+/// Φ(x), with erf of Abramowitz and Stegun (1964, 7.1.26), which is accurate to 1.5 · 10⁻⁷.
+#[inline(always)]
+fn normal_distribution(x: f32) -> f32 {
+    let z = x.abs() * std::f32::consts::FRAC_1_SQRT_2;
+    let t = 1.0 / (1.0 + 0.327_591_1 * z);
+    let p = t * (0.254_829_6 + t * (-0.284_496_74 + t * (1.421_413_7 + t * (-1.453_152 + t * 1.061_405_4))));
+    let rest = 0.5 * p * exp_of_negative(-z * z);
+    if x > 0.0 { 1.0 - rest } else { rest }
+}
+
 #[inline(always)]
 fn tanh(x: f32) -> f32 {
     let e = exp_of_negative(-2.0 * x.abs());
@@ -143,8 +239,11 @@ fn tanh(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const ALL: [Activation; 7] = [
+    const ALL: [Activation; 10] = [
         Activation::Relu,
+        Activation::LeakyRelu { slope: 0.1 },
+        Activation::Silu,
+        Activation::Gelu,
         Activation::Elu,
         Activation::Softplus { beta: 100.0 },
         Activation::Softplus { beta: 1.0 },
@@ -156,6 +255,9 @@ mod tests {
     fn truth(f: Activation, x: f64) -> f64 {
         match f {
             Activation::Relu => x.max(0.0),
+            Activation::LeakyRelu { slope } => x.max(0.0) + f64::from(slope) * x.min(0.0),
+            Activation::Silu => x / (1.0 + (-x).exp()),
+            Activation::Gelu => x * distribution(x),
             Activation::Elu => {
                 if x > 0.0 {
                     x
@@ -171,6 +273,35 @@ mod tests {
             Activation::Sine { frequency } => f64::from(frequency * x as f32).sin(),
             Activation::Cosine => x.cos(),
             Activation::Tanh => x.tanh(),
+        }
+    }
+
+    /// Φ by its Taylor series at 0, which ends where Φ is 0 or 1.
+    fn distribution(x: f64) -> f64 {
+        if x.abs() > 7.0 {
+            return if x > 0.0 { 1.0 } else { 0.0 };
+        }
+        let (mut sum, mut term) = (x, x);
+        for n in 1..200 {
+            term *= x * x / f64::from(2 * n + 1);
+            sum += term;
+        }
+        0.5 + sum * (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()
+    }
+
+    #[test]
+    fn names_lead_back_to_activations() {
+        for activation in ALL {
+            let name = activation.to_string();
+            match (activation, name.parse()) {
+                (Activation::Sine { .. }, found) => assert_eq!(found, Ok(activation)),
+                (_, found) => assert_eq!(found, Ok(activation)),
+            }
+        }
+        assert_eq!("softplus:100".parse(), Ok(Activation::Softplus { beta: 100.0 }));
+        assert_eq!("sine:15".parse(), Ok(Activation::Sine { frequency: 15.0 }));
+        for unknown in ["", "relu:2", "softplus:", "softplus:-1", "sine:inf", "step"] {
+            assert!(unknown.parse::<Activation>().is_err(), "{unknown}");
         }
     }
 
@@ -218,7 +349,14 @@ mod tests {
     fn extremes_stay_finite_and_nan_stays_nan() {
         let x = [f32::MAX, -f32::MAX, 0.0, f32::NAN];
         let mut y = [0.0; 4];
-        for f in [Activation::Softplus { beta: 100.0 }, Activation::Elu, Activation::Tanh, Activation::Relu] {
+        for f in [
+            Activation::Softplus { beta: 100.0 },
+            Activation::Elu,
+            Activation::Tanh,
+            Activation::Relu,
+            Activation::Silu,
+            Activation::LeakyRelu { slope: 0.1 },
+        ] {
             f.apply(&x, &mut y);
             assert!(y[1].is_finite() && y[2].is_finite(), "{f:?}: {y:?}");
         }

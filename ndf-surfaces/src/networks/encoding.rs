@@ -41,7 +41,8 @@ impl Encoding {
         }
     }
 
-    fn octaves(self) -> usize {
+    /// L
+    pub fn octaves(self) -> usize {
         match self {
             Self::ByOctave { octaves } | Self::ByCoordinate { octaves } => octaves,
         }

@@ -2,8 +2,11 @@
 
 use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
+use super::activation::Activation;
 use super::graph::Graph;
-use super::layouts::{Latent, LayoutError, Quantity, Recognised, recognise, siren_of_flat_file};
+use super::layouts::{
+    LayoutError, NetworkOptions, Quantity, Recognised, recognise, siren_of_flat_file, told_by_modules,
+};
 use crate::level_set::LevelSearch;
 use crate::levels::{DensityRule, density_level};
 use ndf_formats::tensors::TensorFile;
@@ -18,6 +21,7 @@ pub struct NeuralField {
     level: f64,
     rule: Option<DensityRule>,
     inside: Inside,
+    is_activation_assumed: bool,
 }
 
 /// Points along the sides of the box that tell which sign is outside.
@@ -27,21 +31,38 @@ const BORDER: usize = 12;
 const TOLERANCE: f64 = 1e-6;
 
 impl NeuralField {
-    /// The network in a checkpoint. A decoder of many shapes needs a code; other networks ignore it. The level of a
+    /// The network in a checkpoint, with what the caller says of it. The level of a
     /// density is [found by rule](crate::levels::density_level), which costs 64³ evaluations of the network.
     ///
     /// # Errors
     /// See [`LayoutError`].
-    pub fn from_tensors(file: &TensorFile, latent: Option<&Latent>) -> Result<Self, LayoutError> {
-        recognise(file, latent).and_then(Self::from_recognised)
+    pub fn from_tensors(file: &TensorFile, options: &NetworkOptions) -> Result<Self, LayoutError> {
+        let found = recognise(file, options.latent.as_ref())?;
+        Self::from_recognised(found, options, told_by_modules(file))
     }
 
-    pub(super) fn from_recognised(found: Recognised) -> Result<Self, LayoutError> {
-        let Recognised { graph, layout, quantity, bounds } = found;
+    /// With what the caller says, or what is `told` of the activation.
+    pub(super) fn from_recognised(
+        found: Recognised,
+        options: &NetworkOptions,
+        told: Option<Activation>,
+    ) -> Result<Self, LayoutError> {
+        let is_said = options.activation.is_some() || options.omega.is_some() || told.is_some();
+        let is_activation_assumed = found.hidden.is_some() && !is_said;
+        let Recognised { graph, layout, quantity, bounds, .. } = found.with_options(options, told)?;
         if !graph.is_finite() {
             return Err(LayoutError::NotFinite);
         }
-        let field = Self { graph, layout, quantity, bounds, level: 0.0, rule: None, inside: Inside::Above };
+        let field = Self {
+            graph,
+            layout,
+            quantity,
+            bounds,
+            level: 0.0,
+            rule: None,
+            inside: Inside::Above,
+            is_activation_assumed,
+        };
         Ok(match quantity {
             Quantity::Density => {
                 let (level, rule) = density_level(&field);
@@ -56,12 +77,31 @@ impl NeuralField {
 
     /// A network of one's own: its values, the box its surface is in, and the level.
     pub fn new(graph: Graph, quantity: Quantity, bounds: BoundingBox, level: f64, inside: Inside) -> Self {
-        Self { graph, layout: "network", quantity, bounds, level, rule: None, inside }
+        Self {
+            graph,
+            layout: "network",
+            quantity,
+            bounds,
+            level,
+            rule: None,
+            inside,
+            is_activation_assumed: false,
+        }
     }
 
     /// A SIREN as a file of bare numbers, weights and bias of each layer; `None` if it cannot be one.
-    pub fn from_flat_file(bytes: &[u8]) -> Option<Self> {
-        Self::from_recognised(siren_of_flat_file(bytes)?).ok()
+    pub fn from_flat_file(bytes: &[u8], options: &NetworkOptions) -> Option<Result<Self, LayoutError>> {
+        siren_of_flat_file(bytes).map(|found| Self::from_recognised(found, options, None))
+    }
+
+    /// Its graph: widths, octaves, activations.
+    pub fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// Whether its activation is the one of its layout, and neither the file nor the caller says so.
+    pub fn is_activation_assumed(&self) -> bool {
+        self.is_activation_assumed
     }
 
     /// The same field with another level.

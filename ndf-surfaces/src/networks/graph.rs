@@ -169,6 +169,33 @@ impl Graph {
         self.nodes.iter().map(of_node).sum()
     }
 
+    /// Widths of what goes into the layers, one after the other, and of what comes out of the last.
+    pub fn widths(&self) -> Vec<usize> {
+        let layers =
+            || self.nodes.iter().filter_map(|node| if let Node::Dense(l, _) = node { Some(l) } else { None });
+        layers().map(Dense::inputs).chain(layers().next_back().map(Dense::outputs)).collect()
+    }
+
+    /// Octaves of the encoding of the position, if it has one.
+    pub fn octaves(&self) -> Option<usize> {
+        self.nodes.iter().find_map(|node| if let Node::Encoding(e) = node { Some(e.octaves()) } else { None })
+    }
+
+    /// The first of its activations, if it has one.
+    pub fn activation(&self) -> Option<Activation> {
+        self.nodes.iter().find_map(|node| if let Node::Map(a, _) = node { Some(*a) } else { None })
+    }
+
+    /// Puts another activation everywhere in the place of one.
+    pub fn replace_activation(&mut self, old: Activation, new: Activation) {
+        for node in &mut self.nodes {
+            match node {
+                Node::Map(activation, _) if *activation == old => *activation = new,
+                _ => {}
+            }
+        }
+    }
+
     /// Whether every weight is finite.
     pub fn is_finite(&self) -> bool {
         self.nodes.iter().all(|node| match node {

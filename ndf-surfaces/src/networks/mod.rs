@@ -16,11 +16,11 @@ mod snapshot;
 #[cfg(test)]
 mod tests;
 
-pub use activation::Activation;
+pub use activation::{Activation, UnknownActivation};
 pub use encoding::Encoding;
 pub use field::NeuralField;
 pub use graph::{Dense, Graph, NodeId};
 pub use hash_grid::{HashGrid, HashGridShape};
-pub use layouts::{Latent, LayoutError, Quantity};
+pub use layouts::{Latent, LayoutError, NetworkOptions, Quantity};
 #[cfg(feature = "instant-ngp")]
 pub use snapshot::is_snapshot;

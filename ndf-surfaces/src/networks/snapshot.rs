@@ -14,7 +14,7 @@ use rmpv::ValueRef;
 use super::graph::{Dense, Graph};
 use super::hash_grid::{HashGrid, HashGridShape};
 use super::layouts::Recognised;
-use super::{Activation, LayoutError, NeuralField, Quantity};
+use super::{Activation, LayoutError, NetworkOptions, NeuralField, Quantity};
 
 const LAYOUT: &str = "instant-ngp";
 /// What packed contents may grow to, in sizes of the file.
@@ -73,7 +73,7 @@ impl NeuralField {
     ///
     /// # Errors
     /// See [`LayoutError`].
-    pub fn from_snapshot(bytes: &[u8]) -> Result<Self, LayoutError> {
+    pub fn from_snapshot(bytes: &[u8], options: &NetworkOptions) -> Result<Self, LayoutError> {
         let contents = match bytes {
             [0x1f, 0x8b, ..] | [0x78, ..] => unpacked(bytes, MOST_GROWTH * bytes.len() as u64)
                 .ok_or_else(|| undecodable("its compressed contents are damaged"))?,
@@ -83,7 +83,7 @@ impl NeuralField {
             .map_err(|e| undecodable(format!("as MessagePack: {e}")))?;
         let found = read(&Map(&root))?;
         let is_density = found.quantity == Quantity::Density;
-        let field = Self::from_recognised(found)?;
+        let field = Self::from_recognised(found, options, None)?;
         Ok(if is_density { field.with_level(MESH_LEVEL) } else { field })
     }
 }
@@ -196,7 +196,7 @@ fn read(root: &Map<'_>) -> Result<Recognised, LayoutError> {
     let grid = HashGrid::new(shape, grid.to_vec(), bounds)
         .ok_or_else(|| out_of_range("the box of its grid is empty"))?;
     let graph = graph(grid, &sizes, &parameters, inputs - shape.levels * features)?;
-    Ok(Recognised { graph, layout: LAYOUT, quantity, bounds })
+    Ok(Recognised { graph, layout: LAYOUT, quantity, bounds, hidden: None })
 }
 
 /// Outputs and inputs of every matrix of a network, padded.

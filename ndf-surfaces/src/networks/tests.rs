@@ -45,7 +45,10 @@ fn agrees(field: &NeuralField, golden: &str, values: &str) {
 
 fn field(name: &str) -> Option<NeuralField> {
     let file = tensors(name)?;
-    Some(NeuralField::from_tensors(&file, None).unwrap_or_else(|e| panic!("{name}: {e}")))
+    Some(
+        NeuralField::from_tensors(&file, &NetworkOptions::default())
+            .unwrap_or_else(|e| panic!("{name}: {e}")),
+    )
 }
 
 #[test]
@@ -88,17 +91,21 @@ fn weight_encoded_shapes_agree() {
     }
 }
 
+fn of_code(latent: Latent) -> NetworkOptions {
+    NetworkOptions { latent: Some(latent), ..NetworkOptions::default() }
+}
+
 #[test]
 fn decoders_agree_for_every_code() {
     let names = ["nsdf/maurock_deepsdf_weights.pt", "nsdf/maurock_deepsdf_results.npy"];
     let [Some(weights), Some(codes)] = names.map(tensors) else { return };
     for row in 0..3 {
         let latent = Latent::from_tensors(&codes, row).unwrap();
-        let field = NeuralField::from_tensors(&weights, Some(&latent)).unwrap();
+        let field = NeuralField::from_tensors(&weights, &of_code(latent)).unwrap();
         agrees(&field, &format!("golden/maurock_latent{row}.npz"), "value");
     }
     assert_eq!(Latent::from_tensors(&codes, 3), None);
-    let short = NeuralField::from_tensors(&weights, Some(&Latent(vec![0.0; 3])));
+    let short = NeuralField::from_tensors(&weights, &of_code(Latent(vec![0.0; 3])));
     assert!(matches!(short, Err(LayoutError::Latent { .. })));
 }
 
@@ -106,7 +113,7 @@ fn decoders_agree_for_every_code() {
 fn flat_sirens_agree() {
     let names = ["nsdf/siren_sdf1_weights.bin", "nsdf/siren_sdf1_test.bin"];
     let [Some(weights), Some(test)] = names.map(data_file) else { return };
-    let field = NeuralField::from_flat_file(&weights).unwrap();
+    let field = NeuralField::from_flat_file(&weights, &NetworkOptions::default()).unwrap().unwrap();
     let numbers: Vec<f32> = test[4..].as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
     let count = numbers.len() / 4;
     let points: Vec<DVec3> = numbers[..3 * count]
@@ -118,7 +125,7 @@ fn flat_sirens_agree() {
     let error =
         values.iter().zip(&numbers[3 * count..]).map(|(v, e)| (v - f64::from(*e)).abs()).fold(0.0, f64::max);
     assert!(error < 1e-5, "{error}");
-    assert!(NeuralField::from_flat_file(&test).is_none() && !is_snapshot(&test));
+    assert!(NeuralField::from_flat_file(&test, &NetworkOptions::default()).is_none() && !is_snapshot(&test));
 }
 
 /// Deterministic numbers in [−1, 1].
@@ -274,7 +281,7 @@ fn safetensors_of(tensors: &[(&str, Vec<usize>, Vec<f32>)]) -> Vec<u8> {
 
 fn layout_error(tensors: &[(&str, Vec<usize>, Vec<f32>)]) -> String {
     let file = TensorFile::parse(&safetensors_of(tensors)).unwrap();
-    NeuralField::from_tensors(&file, None).unwrap_err().to_string()
+    NeuralField::from_tensors(&file, &NetworkOptions::default()).unwrap_err().to_string()
 }
 
 #[test]
@@ -308,7 +315,7 @@ fn sdfstudio_without_and_with_a_grid() {
     ];
     let value = |tensors: &[(&str, Vec<usize>, Vec<f32>)]| {
         let file = TensorFile::parse(&safetensors_of(tensors)).unwrap();
-        let field = NeuralField::from_tensors(&file, None).unwrap();
+        let field = NeuralField::from_tensors(&file, &NetworkOptions::default()).unwrap();
         assert_eq!(field.layout(), "SDFStudio");
         let mut value = [0.0];
         field.values(&[DVec3::new(0.3, -0.2, 0.1)], &mut value);
@@ -336,7 +343,7 @@ fn snapshots_are_read_packed_and_bare_in_both_precisions() {
     let packed = samples::packed(&bare);
     for bytes in [bare, packed, snapshot_of_a_half_space(1, "__half")] {
         assert!(is_snapshot(&bytes));
-        let field = NeuralField::from_snapshot(&bytes).unwrap();
+        let field = NeuralField::from_snapshot(&bytes, &NetworkOptions::default()).unwrap();
         assert_eq!((field.layout(), field.inside(), field.level()), ("instant-ngp", Inside::Above, 2.5));
         let (mut values, mut gradients) = ([0.0], [DVec3::ZERO]);
         field.values_and_gradients(&[DVec3::new(0.3, 0.7, 0.5)], &mut values, &mut gradients);
@@ -351,9 +358,10 @@ fn snapshots_are_read_packed_and_bare_in_both_precisions() {
 fn damaged_snapshots_are_refused() {
     let whole = snapshot_of_a_half_space(2, "float");
     for end in (0..whole.len()).step_by(997) {
-        assert!(NeuralField::from_snapshot(&whole[..end]).is_err());
+        assert!(NeuralField::from_snapshot(&whole[..end], &NetworkOptions::default()).is_err());
     }
-    let error = |bytes: &[u8]| NeuralField::from_snapshot(bytes).unwrap_err().to_string();
+    let error =
+        |bytes: &[u8]| NeuralField::from_snapshot(bytes, &NetworkOptions::default()).unwrap_err().to_string();
     assert!(error(&[0x80]).contains("no snapshot"));
     assert!(error(&[0x78, 0x9c, 1, 2, 3]).contains("damaged"));
     // A map that announces 2³² entries, and nests of arrays.
@@ -364,7 +372,7 @@ fn damaged_snapshots_are_refused() {
 
 fn made(checkpoint: &[(String, Tensor)]) -> NeuralField {
     let file = TensorFile::parse(&to_safetensors(checkpoint).unwrap()).unwrap();
-    NeuralField::from_tensors(&file, None).unwrap()
+    NeuralField::from_tensors(&file, &NetworkOptions::default()).unwrap()
 }
 
 const TORUS: Torus = Torus { ring: 0.6, tube: 0.25 };
@@ -391,5 +399,193 @@ fn made_networks_are_a_torus() {
         let truth = 0.1 * (0.31 * i as f64).sin();
         assert!((d - truth).abs() < 2e-3, "{d} {truth}");
         assert!(((50.0 - sigma) / 500.0 - truth).abs() < 2e-3, "{sigma} {truth}");
+    }
+}
+
+/// A decoder of ellipsoids would take training; what matters here is that the same weights are found under other names.
+fn perceptron(sizes: &[usize]) -> Vec<Weights> {
+    let pair = |(k, pair): (usize, &[usize])| {
+        let scale = (3.0 / pair[0] as f32).sqrt();
+        let weights = noise(pair[0] * pair[1], 3 * k as u32 + 1).iter().map(|w| scale * w).collect();
+        (vec![pair[1], pair[0]], weights, noise(pair[1], 3 * k as u32 + 2))
+    };
+    sizes.windows(2).enumerate().map(pair).collect()
+}
+
+/// Tensors by name, with their shapes.
+type Named = Vec<(String, Vec<usize>, Vec<f32>)>;
+
+/// Shape and weights of a layer, and its bias.
+type Weights = (Vec<usize>, Vec<f32>, Vec<f32>);
+
+fn named(layers: &[Weights], name: impl Fn(usize) -> String) -> Named {
+    let both = |(l, (shape, weights, bias)): (usize, &Weights)| {
+        [
+            (format!("{}.weight", name(l)), shape.clone(), weights.clone()),
+            (format!("{}.bias", name(l)), vec![bias.len()], bias.clone()),
+        ]
+    };
+    layers.iter().enumerate().flat_map(both).collect()
+}
+
+fn opened(tensors: &Named, options: &NetworkOptions) -> Result<NeuralField, LayoutError> {
+    let tensors: Vec<(&str, Vec<usize>, Vec<f32>)> =
+        tensors.iter().map(|(name, shape, values)| (name.as_str(), shape.clone(), values.clone())).collect();
+    let file = TensorFile::parse(&safetensors_of(&tensors)).unwrap();
+    NeuralField::from_tensors(&file, options)
+}
+
+fn values_of(field: &NeuralField) -> Vec<f64> {
+    let points: Vec<DVec3> = (0..40).map(|i| DVec3::new(0.02 * f64::from(i) - 0.4, 0.3, -0.1)).collect();
+    let mut values = vec![0.0; points.len()];
+    field.values(&points, &mut values);
+    values
+}
+
+#[test]
+fn weight_normalisation_has_two_names() {
+    let layers = perceptron(&[39, 16, 16, 17]);
+    let plain = named(&layers, |l| format!("lin{l}"));
+    let expected = values_of(&opened(&plain, &NetworkOptions::default()).unwrap());
+    for [g, v] in
+        [["weight_g", "weight_v"], ["parametrizations.weight.original0", "parametrizations.weight.original1"]]
+    {
+        let normalised: Named = plain
+            .iter()
+            .flat_map(|(name, shape, values)| match name.strip_suffix(".weight") {
+                None => vec![(name.clone(), shape.clone(), values.clone())],
+                Some(layer) => {
+                    let rows = values.chunks_exact(shape[1]);
+                    let norms = rows.map(|row| row.iter().map(|x| x * x).sum::<f32>().sqrt()).collect();
+                    let doubled = values.iter().map(|x| 2.0 * x).collect();
+                    vec![
+                        (format!("{layer}.{g}"), vec![shape[0], 1], norms),
+                        (format!("{layer}.{v}"), shape.clone(), doubled),
+                    ]
+                }
+            })
+            .collect();
+        let field = opened(&normalised, &NetworkOptions::default()).unwrap();
+        assert_eq!(field.layout(), "NeuS");
+        for (a, b) in values_of(&field).iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-5, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn deepsdf_is_known_by_its_shapes() {
+    // A code of 13 numbers; after the skip the input comes again.
+    let mut layers = perceptron(&[16, 32, 16, 32, 1]);
+    layers[2] = perceptron(&[32, 32]).remove(0);
+    let code = Latent(noise(13, 77));
+    let value = |prefix: &str| {
+        let tensors = named(&layers, |l| format!("{prefix}lin{l}"));
+        let field = opened(&tensors, &of_code(code.clone())).unwrap();
+        assert_eq!(field.layout(), "DeepSDF", "{prefix}");
+        values_of(&field)
+    };
+    let expected = value("decoder.");
+    assert_eq!(value("model_state_dict.module."), expected);
+    assert_eq!(value(""), expected);
+    // One code in a table of one, and without a table.
+    for shape in [vec![1, 1, 13], vec![1, 13], vec![13]] {
+        let bytes = safetensors_of(&[("latent", shape, code.0.clone())]);
+        let file = TensorFile::parse(&bytes).unwrap();
+        assert_eq!(Latent::from_tensors(&file, 0).as_ref(), Some(&code));
+        assert_eq!(Latent::from_tensors(&file, 1), None);
+    }
+}
+
+#[test]
+fn parts_of_networks_are_refused() {
+    let options = NetworkOptions::default();
+    let mut layers = perceptron(&[39, 64, 64, 25, 64, 64, 65]);
+    layers[3] = perceptron(&[64, 64]).remove(0);
+    let whole = named(&layers, |l| format!("lin{l}"));
+    assert!(opened(&whole, &options).is_ok());
+    for (from, to, said) in [
+        (0, 6, "it ends with layer 2 of 25 outputs"),
+        (0, 4, "it ends with layer 1 of 64 outputs"),
+        (6, 12, "it holds lin3, but not the layers before"),
+    ] {
+        let error = opened(&whole[from..to].to_vec(), &options).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    let gap: Named = whole.iter().filter(|(name, ..)| !name.starts_with("lin1")).cloned().collect();
+    let error = opened(&gap, &options).unwrap_err().to_string();
+    assert!(error.contains("lin1 is missing before lin2"), "{error}");
+}
+
+#[test]
+fn activations_frequencies_and_boxes_can_be_set() {
+    let layers = perceptron(&[3, 16, 16, 1]);
+    let relu = named(&layers, |l| format!("net.{}", 2 * l));
+    let siren = named(&layers, |l| format!("net.net.{l}.0"));
+    let plain = opened(&relu, &NetworkOptions::default()).unwrap();
+    assert!(plain.is_activation_assumed());
+    assert_eq!(plain.graph().activation(), Some(Activation::Relu));
+    assert_eq!((plain.graph().widths(), plain.graph().octaves()), (vec![3, 16, 16, 1], None));
+    // What the network of the authors' layout is, is also said of the other one.
+    let sine = NetworkOptions {
+        activation: Some(Activation::Sine { frequency: 30.0 }),
+        ..NetworkOptions::default()
+    };
+    let as_siren = opened(&siren, &NetworkOptions::default()).unwrap();
+    assert_eq!(values_of(&opened(&relu, &sine).unwrap()), values_of(&as_siren));
+    let omega = NetworkOptions { omega: Some(15.0), ..NetworkOptions::default() };
+    let slower = opened(&siren, &omega).unwrap();
+    assert_eq!(slower.graph().activation(), Some(Activation::Sine { frequency: 15.0 }));
+    assert!(!slower.is_activation_assumed());
+    assert!(matches!(opened(&relu, &omega), Err(LayoutError::NoSines { .. })));
+    let bounds = BoundingBox { min: DVec3::splat(-2.0), max: DVec3::splat(3.0) };
+    let boxed = NetworkOptions { bounds: Some(bounds), ..NetworkOptions::default() };
+    assert_eq!(opened(&relu, &boxed).unwrap().bounds(), bounds);
+    let steps = vec![
+        ("0000.dense.A".to_owned(), vec![3, 1], vec![1.0; 3]),
+        ("0000.dense.b".to_owned(), vec![1], vec![0.0]),
+        ("0001.tanh.x".to_owned(), vec![1], vec![0.0]),
+    ];
+    assert!(matches!(opened(&steps, &sine), Err(LayoutError::ActivationStated)));
+}
+
+#[test]
+fn other_layouts_are_read_or_named() {
+    let options = NetworkOptions::default();
+    // siren-pytorch: sine of 30 x, then of x.
+    let layers = perceptron(&[3, 8, 8, 1]);
+    let tensors = named(&layers, |l| if l < 2 { format!("layers.{l}") } else { "last_layer".to_owned() });
+    let field = opened(&tensors, &options).unwrap();
+    let mut graph = Graph::new();
+    let mut h = graph.position();
+    for (l, (_, weights, bias)) in layers.iter().enumerate() {
+        h = graph.dense(Dense::new(weights.clone(), bias.clone()).unwrap(), h).unwrap();
+        if l < 2 {
+            h = graph.map(Activation::Sine { frequency: [30.0, 1.0][l] }, h);
+        }
+    }
+    let by_hand = NeuralField::new(graph, Quantity::Distance, field.bounds(), 0.0, Inside::Below);
+    assert_eq!(values_of(&field), values_of(&by_hand));
+    // nerf_pl is NeRF by other names.
+    let layers = perceptron(&[63, 16, 16, 1]);
+    let nerf = |names: [&str; 3]| {
+        let mut tensors = named(&layers[..2], |l| names[l].to_owned());
+        tensors.extend(named(&layers[2..], |_| names[2].to_owned()));
+        values_of(&opened(&tensors, &options).unwrap())
+    };
+    assert_eq!(
+        nerf(["nerf_fine.xyz_encoding_1.0", "nerf_fine.xyz_encoding_2.0", "nerf_fine.sigma"]),
+        nerf(["pts_linears.0", "pts_linears.1", "alpha_linear"])
+    );
+    for (name, said) in [
+        ("state_dict.model.geometry.encoding.encoding.params", "instant-nsr-pl"),
+        ("pipeline._model.field.mlp_base.tcnn_encoding.params", "nerfstudio"),
+        ("model.encoder.embeddings", "torch-ngp"),
+        ("density_plane.0", "TensoRF"),
+    ] {
+        let mut tensors = named(&perceptron(&[35, 8, 1]), |l| format!("network.layers.{l}"));
+        tensors.push((name.to_owned(), vec![2], vec![0.0; 2]));
+        let error = opened(&tensors, &options).unwrap_err().to_string();
+        assert!(error.contains(said) && error.contains("not read"), "{error}");
     }
 }

@@ -117,7 +117,7 @@ impl SplatDensity {
         let bounds = core.padded(0.05 * core.diagonal());
         let diagonal = bounds.diagonal();
         let in_place = |splat: &&&Splat| {
-            let center = DVec3::from_array(splat.center.map(f64::from));
+            let center = DVec3::from_array(splat.center);
             let largest = f64::from(splat.scales.into_iter().fold(0.0, f32::max));
             bounds.distance_squared(center) == 0.0 && largest < 0.25 * diagonal
         };
@@ -284,10 +284,10 @@ fn core_box(splats: &[&Splat], outliers: f64) -> Option<BoundingBox> {
     let skipped = (outliers.clamp(0.0, 0.49) * splats.len() as f64) as usize;
     let mut bounds = BoundingBox::EMPTY;
     for axis in 0..3 {
-        let mut places: Vec<f32> = splats.iter().map(|splat| splat.center[axis]).collect();
-        places.sort_unstable_by(f32::total_cmp);
-        bounds.min[axis] = f64::from(*places.get(skipped)?);
-        bounds.max[axis] = f64::from(*places.get(places.len() - 1 - skipped)?);
+        let mut places: Vec<f64> = splats.iter().map(|splat| splat.center[axis]).collect();
+        places.sort_unstable_by(f64::total_cmp);
+        bounds.min[axis] = *places.get(skipped)?;
+        bounds.max[axis] = *places.get(places.len() - 1 - skipped)?;
     }
     Some(bounds)
 }
@@ -296,7 +296,7 @@ fn core_box(splats: &[&Splat], outliers: f64) -> Option<BoundingBox> {
 fn gaussian(splat: &Splat, least: f64) -> (Gaussian, BoundingBox) {
     let axes = splat.axes();
     let scales = splat.scales.map(|s| f64::from(s).max(least));
-    let center = DVec3::from_array(splat.center.map(f64::from));
+    let center = DVec3::from_array(splat.center);
     let mut inverse = [[0.0; 3]; 3];
     let mut variances = DVec3::ZERO;
     for ((row, axis), scale) in inverse.iter_mut().zip(axes).zip(scales) {

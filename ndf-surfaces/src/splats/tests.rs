@@ -21,7 +21,7 @@ fn ball() -> Vec<Splat> {
         .map(|&p| {
             let turn = ndf_core::glam::DQuat::from_rotation_arc(DVec3::Z, p.normalize());
             Splat {
-                center: p.as_vec3().to_array(),
+                center: p.as_vec3().as_dvec3().to_array(),
                 scales: [0.04, 0.04, 0.001],
                 rotation: [turn.w as f32, turn.x as f32, turn.y as f32, turn.z as f32],
                 opacity: 0.9,
@@ -46,7 +46,7 @@ fn one_gaussian_is_its_formula() {
     };
     let options = DensityOptions { least_scale: 0.0, outliers: 0.0, ..DensityOptions::default() };
     // Two far corners make the box; they are too faint there to matter.
-    let corner = |x: f32| Splat { center: [x, x, x], scales: [0.01; 3], ..splat };
+    let corner = |x: f64| Splat { center: [x, x, x], scales: [0.01; 3], ..splat };
     let density = SplatDensity::new(&[splat, corner(-9.0), corner(9.0)], &options).unwrap();
     let p = DVec3::new(1.2, 1.9, 3.1);
     let mut value = [0.0];
@@ -99,7 +99,7 @@ fn floaters_faint_and_unsound_splats_are_left_out() {
     splats.push(Splat { center: [500.0, 0.0, 0.0], ..one });
     splats.push(Splat { scales: [3.0; 3], ..one });
     splats.push(Splat { opacity: 0.01, ..one });
-    splats.push(Splat { center: [f32::NAN, 0.0, 0.0], ..one });
+    splats.push(Splat { center: [f64::NAN, 0.0, 0.0], ..one });
     splats.push(Splat { rotation: [0.0; 4], ..one });
     let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
     assert_eq!(density.report(), SplatReport { kept: 2562, unsound: 2, faint: 1, floaters: 2 });

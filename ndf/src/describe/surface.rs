@@ -3,7 +3,7 @@
 use ndf_core::{ImplicitField, Inside};
 use ndf_formats::point_cloud::CloudFile;
 use ndf_formats::splats::SplatFormat;
-use ndf_surfaces::networks::NeuralField;
+use ndf_surfaces::networks::{Activation, NeuralField};
 use ndf_surfaces::splats::SplatDensity;
 use serde::Serialize;
 
@@ -83,6 +83,16 @@ pub struct NetworkDescription {
     pub layout: &'static str,
     /// Weights and biases.
     pub parameters: usize,
+    /// Widths of what goes into the layers, one after the other, and of what comes out of the last.
+    pub widths: Vec<usize>,
+    /// The activation between layers, as `--activation` takes it.
+    pub activation: Option<String>,
+    /// Whether it is only that of the layout: neither the file nor an option says so.
+    pub activation_assumed: bool,
+    /// The frequency ω of sines, sin(ω x).
+    pub omega: Option<f64>,
+    /// Octaves of the encoding of the position.
+    pub octaves: Option<usize>,
     /// The level that is its surface.
     pub level: f64,
     /// How that was chosen, in words.
@@ -91,6 +101,9 @@ pub struct NetworkDescription {
     /// The side of the level that is inside: `below` or `above`.
     pub inside: &'static str,
     /// The box its surface is in.
+    #[serde(rename = "box")]
+    pub box_: Corners,
+    /// The same, as other inputs have it.
     pub bounds: Corners,
     /// Its diagonal.
     pub diagonal: f64,
@@ -99,17 +112,28 @@ pub struct NetworkDescription {
 impl NetworkDescription {
     pub(crate) fn of(field: &NeuralField, kind: Kind, level: Level, container: String) -> Self {
         let bounds = field.bounds();
+        let activation = field.graph().activation();
         Self {
             kind,
             format: container,
             layout: field.layout(),
             parameters: field.parameters(),
+            widths: field.graph().widths(),
+            activation: activation.map(|activation| activation.to_string()),
+            activation_assumed: field.is_activation_assumed(),
+            omega: match activation {
+                // As it is written: 30.1 in single precision has more digits.
+                Some(Activation::Sine { frequency }) => frequency.to_string().parse().ok(),
+                _ => None,
+            },
+            octaves: field.graph().octaves(),
             level: level.value,
             level_rule: level.rule,
             inside: match field.inside() {
                 Inside::Below => "below",
                 Inside::Above => "above",
             },
+            box_: bounds.into(),
             bounds: bounds.into(),
             diagonal: bounds.diagonal(),
         }

@@ -124,6 +124,16 @@ pub enum OpenError {
         /// Why.
         source: TensorError,
     },
+    /// Another of the shards in which a network is kept cannot be read.
+    #[error("{name} is a part of a network, and {} cannot be read: {source}", other.display())]
+    Shard {
+        /// The file.
+        name: String,
+        /// The other shard.
+        other: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// The file holds no network.
     #[error("{name} is not a PyTorch, safetensors, NumPy, HDF5 or instant-ngp file")]
     NoNetwork {

@@ -1,5 +1,7 @@
 //! Triangle meshes of any quality.
 
+use std::path::Path;
+
 use ndf_core::{Progress, Surface};
 use ndf_mesh::io::{MeshFile, ReadError, parse_mesh};
 use ndf_mesh::{TriangleMesh, repair};
@@ -38,10 +40,25 @@ fn parse(content: &Content, options: &OpenOptions) -> Result<MeshFile, OpenError
     parse_mesh(&content.bytes, &content.path).map_err(|error| match error {
         // Files of no known kind come here, too, and need not be meshes.
         ReadError::Unrecognised { reason, .. } if options.kind.is_none() => {
-            OpenError::Unrecognised { name: content.name(), reason }
+            OpenError::Unrecognised { name: content.name(), reason: by_name(&content.path).unwrap_or(reason) }
         }
         error => OpenError::MeshFile(error),
     })
+}
+
+/// What is to be said of a file of no known format by its name alone: these formats have no magic number.
+fn by_name(path: &Path) -> Option<&'static str> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "ksplat" => Some("it is named as packed splats of GaussianSplats3D; convert it to .ply or .splat"),
+        "onnx" => Some("it is named as a network of ONNX; save its weights as .pth or .safetensors"),
+        "pkl" | "pickle" => {
+            Some("it is named as a pickle; save its arrays as .npz, or its network with torch.save")
+        }
+        "3ds" | "max" | "igs" | "iges" | "dxf" | "dwg" => {
+            Some("it is named as a scene or drawing; export it as OBJ, PLY or STL")
+        }
+        _ => None,
+    }
 }
 
 /// A mesh as a surface: repaired to a manifold, or, where that cannot be, the boundary of what its winding number encloses.

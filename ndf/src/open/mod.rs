@@ -16,11 +16,12 @@ use std::path::{Path, PathBuf};
 
 use ndf_core::{NoProgress, Progress};
 use ndf_formats::point_cloud::{CloudOptions, PointCloud};
+use ndf_formats::splats::splats_of_tensors;
 use ndf_formats::{Format, sniff};
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::Signature;
 use ndf_model::Model;
-use ndf_surfaces::networks::{Latent, NeuralField, is_snapshot};
+use ndf_surfaces::networks::{NetworkOptions, NeuralField, is_snapshot};
 use ndf_train::Checkpoint;
 
 pub use error::OpenError;
@@ -38,8 +39,8 @@ pub struct OpenOptions {
     pub kind: Option<Kind>,
     /// The level of the surface, where it is that of a field: a density, an occupancy or a distance. By rule if `None`.
     pub level: Option<f64>,
-    /// The code of the shape, for a decoder of many.
-    pub latent: Option<Latent>,
+    /// What is to be said of a network that its file does not say.
+    pub network: NetworkOptions,
     /// How files of points are to be read.
     pub cloud: CloudOptions,
 }
@@ -84,11 +85,14 @@ fn representation(
     }
     Ok(match sniff(bytes) {
         Some(Format::Foreign(what)) => return Err(foreign(what)),
+        Some(Format::Tensors(_)) if content.tensors().is_ok_and(|file| splats_of_tensors(file).is_some()) => {
+            &splats::Splats
+        }
         Some(Format::Tensors(_)) => &network::Networks,
         Some(Format::Splats(_)) => &splats::Splats,
         Some(Format::Cloud(_)) => &cloud::Clouds,
         _ if options.cloud.columns.is_some() => &cloud::Clouds,
-        None if NeuralField::from_flat_file(bytes).is_some() => &network::Networks,
+        None if NeuralField::from_flat_file(bytes, &options.network).is_some() => &network::Networks,
         _ => &mesh::Meshes,
     })
 }
@@ -131,7 +135,7 @@ pub fn open_bytes(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
-    open_content(&Content { path: path.into(), bytes }, options, progress)
+    open_content(&Content::new(path.into(), bytes), options, progress)
 }
 
 fn open_content(

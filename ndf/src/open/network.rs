@@ -6,7 +6,7 @@ use ndf_core::{ImplicitField, Progress};
 use ndf_formats::tensors::{TensorFile, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::levels::DensityRule;
-use ndf_surfaces::networks::{Latent, LayoutError, NeuralField, Quantity, is_snapshot};
+use ndf_surfaces::networks::{Activation, Latent, LayoutError, NeuralField, Quantity, is_snapshot};
 
 use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, NetworkDescription};
@@ -23,7 +23,8 @@ impl Representation for Networks {
     }
 
     fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
-        let Network { field, kind, level, notes, .. } = read(content, options)?;
+        let Network { field, kind, level, mut notes, .. } = read(content, options)?;
+        notes.extend(assumed(&field));
         let search = field.search();
         let surface = Box::new(LevelSetSurface::new(field).with_search(search));
         Ok(Opened { level: Some(level), cached: Some(search), notes, ..Opened::from_surface(surface, kind) })
@@ -50,24 +51,27 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Network, OpenError> 
     let layout = |source| OpenError::Layout { name: name(), source };
     let mut notes = Vec::new();
     let (field, container) = if is_tensor_file(&content.bytes) {
-        let file = parse(content)?;
+        let file = content.tensors()?;
         if !file.foreign().is_empty() {
             notes.push(Note::Foreign { names: file.foreign().to_vec() });
         }
-        let latent = options.latent.as_ref();
-        let field = NeuralField::from_tensors(&file, latent).map_err(|error| match error {
-            LayoutError::Unknown { .. } if is_table(&file) => OpenError::Table { name: name() },
+        let field = NeuralField::from_tensors(file, &options.network).map_err(|error| match error {
+            LayoutError::Unknown { .. } if is_table(file) => OpenError::Table { name: name() },
             error => layout(error),
         })?;
-        if latent.is_none() && field.layout() == "DeepSDF" {
+        if options.network.latent.is_none() && field.layout() == "DeepSDF" {
             notes.push(Note::NoCode);
         }
         (field, file.container().to_string())
     } else if is_snapshot(&content.bytes) {
-        (NeuralField::from_snapshot(&content.bytes).map_err(layout)?, "MessagePack".to_owned())
+        (
+            NeuralField::from_snapshot(&content.bytes, &options.network).map_err(layout)?,
+            "MessagePack".to_owned(),
+        )
     } else {
-        let field = NeuralField::from_flat_file(&content.bytes);
-        (field.ok_or_else(|| OpenError::NoNetwork { name: name() })?, "bare numbers".to_owned())
+        let field = NeuralField::from_flat_file(&content.bytes, &options.network);
+        let field = field.ok_or_else(|| OpenError::NoNetwork { name: name() })?.map_err(layout)?;
+        (field, "bare numbers".to_owned())
     };
     let found = match (field.quantity(), field.layout()) {
         (Quantity::Density, _) => Kind::Nerf,
@@ -82,6 +86,18 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Network, OpenError> 
     };
     let (field, level) = levelled(field, options.level);
     Ok(Network { field, kind, level, container, notes })
+}
+
+/// What is to be said of an activation that is only assumed. Layouts of one paper have that of the paper; perceptrons and
+/// SIRENs come with any.
+fn assumed(field: &NeuralField) -> Option<Note> {
+    let is_of_any = matches!(field.layout(), "multilayer perceptron" | "SIREN" | "SIREN (lucidrains)");
+    let activation = field.graph().activation().filter(|_| is_of_any && field.is_activation_assumed())?;
+    let activation = match activation {
+        Activation::Sine { frequency } => format!("sine of {frequency} x"),
+        other => other.to_string(),
+    };
+    Some(Note::ActivationAssumed { activation })
 }
 
 /// The field at the level asked for, or at that of its rule.
@@ -99,10 +115,6 @@ fn levelled(field: NeuralField, asked: Option<f64>) -> (NeuralField, Level) {
     (field, Level { value, rule })
 }
 
-fn parse(content: &Content) -> Result<TensorFile, OpenError> {
-    TensorFile::parse(&content.bytes).map_err(|source| OpenError::Tensors { name: content.name(), source })
-}
-
 /// Whether a file holds nothing but a table, as the codes of decoders come.
 fn is_table(file: &TensorFile) -> bool {
     file.iter().count() == 1 && Latent::from_tensors(file, 0).is_some()
@@ -114,6 +126,6 @@ fn is_table(file: &TensorFile) -> bool {
 /// If the file cannot be read, or has no such row.
 pub fn read_latent(path: impl AsRef<Path>, row: usize) -> Result<Latent, OpenError> {
     let content = Content::read(path.as_ref())?;
-    let file = parse(&content)?;
-    Latent::from_tensors(&file, row).ok_or_else(|| OpenError::NoCode { name: content.name(), row })
+    Latent::from_tensors(content.tensors()?, row)
+        .ok_or_else(|| OpenError::NoCode { name: content.name(), row })
 }

@@ -1,7 +1,8 @@
 //! Gaussian splats.
 
 use ndf_core::{ImplicitField, Progress};
-use ndf_formats::splats::{SplatFormat, parse_splats};
+use ndf_formats::splats::{Splat, SplatFormat, parse_splats, splats_of_tensors};
+use ndf_formats::tensors::{Container, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
 use ndf_surfaces::splats::{DensityOptions, SplatDensity, SplatRule};
 
@@ -44,10 +45,20 @@ struct Read {
     notes: Vec<Note>,
 }
 
+/// The splats of a checkpoint, if it is one.
+fn tensors_of(content: &Content) -> Option<(Container, Vec<Splat>)> {
+    let file = is_tensor_file(&content.bytes).then(|| content.tensors().ok())??;
+    splats_of_tensors(file).map(|splats| (file.container(), splats))
+}
+
 fn read(content: &Content, options: &OpenOptions) -> Result<Read, OpenError> {
     let name = || content.name();
-    let (format, splats) =
-        parse_splats(&content.bytes).map_err(|source| OpenError::SplatFile { name: name(), source })?;
+    let (format, splats) = match tensors_of(content) {
+        Some((container, splats)) => (SplatFormat::Checkpoint(container), splats),
+        None => {
+            parse_splats(&content.bytes).map_err(|source| OpenError::SplatFile { name: name(), source })?
+        }
+    };
     let density = SplatDensity::new(&splats, &DensityOptions::default())
         .map_err(|source| OpenError::NoSplats { name: name(), source })?;
     let report = density.report();

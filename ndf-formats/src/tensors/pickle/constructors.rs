@@ -48,9 +48,9 @@ pub(super) fn call<'a>(pickle: &mut Pickle<'a>, callee: Id, arguments: Id) -> Op
             _ => None,
         },
         name => {
-            let name = name.to_owned();
-            pickle.foreign.push(name);
-            Some(Object::Opaque)
+            let class = name.to_owned();
+            pickle.foreign.push(class.clone());
+            Some(Object::Instance { class, state: None })
         }
     }
 }
@@ -74,6 +74,7 @@ pub(super) fn build(pickle: &mut Pickle<'_>, target: Id, state: Id) -> Option<()
             let order = parts.get(1).map(|&id| &pickle.objects[id]);
             Object::Kind { code: code.clone(), big_endian: matches!(order, Some(Object::Text(">"))) }
         }
+        Object::Instance { class, .. } => Object::Instance { class: class.clone(), state: Some(state) },
         _ => return Some(()),
     };
     pickle.objects[target] = filled;

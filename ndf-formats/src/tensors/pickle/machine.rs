@@ -100,7 +100,7 @@ impl<'a> Machine<'a> {
         let list = self.top()?;
         match &mut self.pickle.objects[list] {
             Object::List(list) => list.extend(items),
-            Object::Opaque => {}
+            Object::Opaque | Object::Instance { .. } => {}
             _ => return Err(self.wrong()),
         }
         Ok(())
@@ -112,7 +112,7 @@ impl<'a> Machine<'a> {
             Object::Dictionary(entries) => {
                 entries.extend(items.chunks_exact(2).map(|pair| (pair[0], pair[1])));
             }
-            Object::Opaque => {}
+            Object::Opaque | Object::Instance { .. } => {}
             _ => return Err(self.wrong()),
         }
         Ok(())
@@ -163,8 +163,8 @@ impl<'a> Machine<'a> {
                 self.push(long(bytes));
             }
             b'G' => {
-                self.take(8)?;
-                self.push(Object::Opaque);
+                let bytes = self.take(8)?.iter().fold(0, |n, &b| n << 8 | u64::from(b));
+                self.push(Object::Real(f64::from_bits(bytes)));
             }
             code @ (b'X' | 0x8c | 0x8d) => {
                 let text = self.text(width(code, b'X', 0x8c))?;

@@ -37,6 +37,7 @@ type Id = usize;
 #[derive(Clone, Debug)]
 enum Object<'a> {
     Integer(i64),
+    Real(f64),
     Text(&'a str),
     Bytes(std::borrow::Cow<'a, [u8]>),
     List(Vec<Id>),
@@ -68,7 +69,12 @@ enum Object<'a> {
         by_columns: bool,
         data: Id,
     },
-    /// Of no use here: a fraction, a set, or what a class or function would make that is not known and not called.
+    /// What a class that is not run would make, of which the state is known.
+    Instance {
+        class: String,
+        state: Option<Id>,
+    },
+    /// Of no use here: a set, or what a class or function would make that is not known and not called.
     Opaque,
 }
 

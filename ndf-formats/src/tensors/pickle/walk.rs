@@ -1,13 +1,15 @@
 //! From the graph of objects to named tensors.
 
 use super::super::array::{array, parse_kind};
-use super::super::{Contents, Element, FileDefect, Tensor, TensorError};
+use super::super::{Contents, Element, FileDefect, Module, Tensor, TensorError};
 use super::{Id, Object, Pickle};
 
 /// Containers in containers that are looked into.
 const DEEPEST: usize = 32;
 /// The most objects that are looked at: a list may hold another many times, and so on.
 const MOST_VISITS: usize = 1 << 20;
+/// The most objects of classes that are remembered.
+const MOST_MODULES: usize = 1 << 12;
 /// The most numbers of all tensors, in sizes of the largest storage or array: views may share one.
 const MOST_SHARING: usize = 64;
 
@@ -99,6 +101,7 @@ impl Walk<'_, '_> {
                     self.visit(value, &join(&key), depth + 1)?;
                 }
             }
+            Object::Instance { class, state: Some(state) } => self.instance(class, *state, path, depth)?,
             Object::View { storage, offset, shape, strides } => {
                 self.view(*storage, *offset, shape, strides, path)?;
             }
@@ -106,6 +109,42 @@ impl Walk<'_, '_> {
                 self.array(shape, *kind, *by_columns, *data, path, depth)?;
             }
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// What an object holds. A module of PyTorch has its tensors and modules in dictionaries of these names, which leave
+    /// no trace in the names of a `state_dict`; other attributes of modules are of no use but as numbers.
+    fn instance(&mut self, class: &str, state: Id, path: &str, depth: usize) -> Result<(), TensorError> {
+        let pickle = self.pickle;
+        let Object::Dictionary(entries) = &pickle.objects[state] else {
+            return self.visit(state, path, depth + 1);
+        };
+        let named = |id: Id| match pickle.objects[id] {
+            Object::Text(text) => Some(text),
+            _ => None,
+        };
+        let is_part = |name: &str| matches!(name, "_parameters" | "_buffers" | "_modules");
+        let is_module = entries.iter().any(|&(key, _)| named(key).is_some_and(is_part));
+        let number = |&(key, value): &(Id, Id)| {
+            let number = match pickle.objects[value] {
+                Object::Integer(number) => number as f64,
+                Object::Real(number) => number,
+                _ => return None,
+            };
+            Some((named(key)?.to_owned(), number))
+        };
+        if self.contents.modules.len() < MOST_MODULES {
+            let numbers = entries.iter().filter_map(number).collect();
+            self.contents.modules.push(Module { class: class.to_owned(), numbers });
+        }
+        if !is_module {
+            return self.visit(state, path, depth + 1);
+        }
+        for &(key, value) in entries {
+            if named(key).is_some_and(is_part) {
+                self.visit(value, path, depth + 1)?;
+            }
         }
         Ok(())
     }

@@ -52,5 +52,5 @@ fn network(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         h = graph.product(filter, linear).ok_or_else(|| mismatch(l))?;
     }
     output.and_then(|output| graph.dense(output, h)).ok_or_else(|| mismatch(last))?;
-    Ok(Recognised { graph, layout: "BACON", quantity, bounds })
+    Ok(Recognised { graph, layout: "BACON", quantity, bounds, hidden: Some(sine) })
 }

@@ -6,13 +6,11 @@ use super::state::{Part, State};
 use super::{Latent, LayoutError, Quantity, Recognised, cube};
 
 pub(super) fn read(state: &State<'_>, latent: Option<&Latent>) -> Option<Result<Recognised, LayoutError>> {
-    let original =
-        ["lin0.weight_v", "lin0.weight"].iter().find_map(|name| state.part(name, &["decoder"], "DeepSDF"));
-    if let Some(part) = original {
+    if let Some(part) = state.part_of_layer("lin0", &["decoder"], "DeepSDF") {
         let layers = part.layers(|l| format!("lin{l}"));
         return Some(layers.and_then(|layers| decoder(&part, layers, latent)));
     }
-    let part = state.part("skip_layer.0.weight", &[], "DeepSDF (maurock)")?;
+    let part = state.part_of_layer("skip_layer.0", &[], "DeepSDF (maurock)")?;
     Some(maurock_layers(&part).and_then(|layers| decoder(&part, layers, latent)))
 }
 
@@ -61,5 +59,11 @@ fn decoder(part: &Part<'_>, layers: Vec<Dense>, latent: Option<&Latent>) -> Resu
         };
         h = graph.map(if l < last { Activation::Relu } else { Activation::Tanh }, h);
     }
-    Ok(Recognised { graph, layout: "DeepSDF", quantity: Quantity::Distance, bounds: cube(1.0) })
+    Ok(Recognised {
+        graph,
+        layout: "DeepSDF",
+        quantity: Quantity::Distance,
+        bounds: cube(1.0),
+        hidden: Some(Activation::Relu),
+    })
 }

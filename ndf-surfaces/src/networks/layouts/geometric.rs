@@ -9,30 +9,39 @@ use super::super::encoding::Encoding;
 use super::super::graph::{Dense, Graph, NodeId};
 use super::super::hash_grid::{HashGrid, HashGridShape};
 use super::state::{Part, State};
-use super::{LayoutError, Quantity, Recognised, cube};
+use super::{Latent, LayoutError, Quantity, Recognised, cube};
 
+/// The activation between layers.
+const SOFTPLUS: Activation = Activation::Softplus { beta: 100.0 };
 /// Where the networks lie in checkpoints.
 const PREFERRED: [&str; 4] = ["sdf_network_fine", "sdf_network", "implicit_network", "field"];
 /// Octaves of SDFStudio's encoding.
 const SDFSTUDIO_OCTAVES: usize = 6;
 
-pub(super) fn read(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
-    let studio =
-        ["glin0.weight_v", "glin0.weight"].iter().find_map(|name| state.part(name, &PREFERRED, "SDFStudio"));
-    if let Some(part) = studio {
+pub(super) fn read(state: &State<'_>, latent: Option<&Latent>) -> Option<Result<Recognised, LayoutError>> {
+    if let Some(part) = state.part_of_layer("glin0", &PREFERRED, "SDFStudio") {
         return Some(sdfstudio(&part));
     }
-    let part =
-        ["lin0.weight_v", "lin0.weight"].iter().find_map(|name| state.part(name, &PREFERRED, "NeuS"))?;
-    // The same names are DeepSDF's, whose decoder has codes for inputs and one output.
-    if part.prefix().contains("decoder") {
-        return None;
-    }
-    Some(neus(&part))
+    let part = state.part_of_layer("lin0", &PREFERRED, "NeuS")?;
+    let layers = match part.layers(|l| format!("lin{l}")) {
+        Ok(layers) => layers,
+        Err(error) => return Some(Err(error)),
+    };
+    (!is_decoder(&part, &layers, latent)).then(|| neus(&part, layers))
 }
 
-fn neus(part: &Part<'_>) -> Result<Recognised, LayoutError> {
-    let layers = part.layers(|l| format!("lin{l}"))?;
+/// Whether layers named as those of NeuS are DeepSDF's, whose decoder takes a code besides the position and has one output.
+/// Its authors train it within `DataParallel`, which puts `module` before the names.
+fn is_decoder(part: &Part<'_>, layers: &[Dense], latent: Option<&Latent>) -> bool {
+    let code = layers.first().map_or(0, Dense::inputs).saturating_sub(3);
+    let has_one_output = layers.last().is_some_and(|last| last.outputs() == 1);
+    let is_named = part.prefix().contains("decoder") || part.prefix().ends_with("model_state_dict.module.");
+    let takes_code = latent.is_some_and(|latent| latent.0.len() == code);
+    is_named && part.prefix().contains("decoder")
+        || (has_one_output && code > 0 && (is_named || takes_code || !code.is_multiple_of(6)))
+}
+
+fn neus(part: &Part<'_>, layers: Vec<Dense>) -> Result<Recognised, LayoutError> {
     let inputs = layers.first().map_or(0, Dense::inputs);
     let mut graph = Graph::new();
     let input = match inputs.checked_sub(3) {
@@ -43,7 +52,13 @@ fn neus(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         _ => return Err(part.mismatch(format!("lin0 takes {inputs} inputs instead of 3 + 6 L"))),
     };
     chain(part, &mut graph, layers, input)?;
-    Ok(Recognised { graph, layout: "NeuS", quantity: Quantity::Distance, bounds: cube(1.0) })
+    Ok(Recognised {
+        graph,
+        layout: "NeuS",
+        quantity: Quantity::Distance,
+        bounds: cube(1.0),
+        hidden: Some(SOFTPLUS),
+    })
 }
 
 fn sdfstudio(part: &Part<'_>) -> Result<Recognised, LayoutError> {
@@ -83,12 +98,26 @@ fn sdfstudio(part: &Part<'_>) -> Result<Recognised, LayoutError> {
     }
     let input = graph.joined(&inputs);
     chain(part, &mut graph, layers, input)?;
-    Ok(Recognised { graph, layout: "SDFStudio", quantity: Quantity::Distance, bounds: cube(1.0) })
+    Ok(Recognised {
+        graph,
+        layout: "SDFStudio",
+        quantity: Quantity::Distance,
+        bounds: cube(1.0),
+        hidden: Some(SOFTPLUS),
+    })
 }
 
 /// The layers, one after the other; one that is wider than what comes before also takes the input.
 fn chain(part: &Part<'_>, graph: &mut Graph, layers: Vec<Dense>, input: NodeId) -> Result<(), LayoutError> {
     let last = layers.len() - 1;
+    // All layers but the last are of one width, or by the input narrower where the next one takes it as well; the last has
+    // a distance, and features.
+    let (width, end) = (layers[0].outputs(), layers[last].outputs());
+    if last > 0 && end > 1 && (end == width || end + graph.width(input) == width) {
+        return Err(part.missing(format!(
+            "it ends with layer {last} of {end} outputs, which is the width of a layer within; those after it are missing"
+        )));
+    }
     let mut h = input;
     for (l, layer) in layers.into_iter().enumerate() {
         let (wanted, given) = (layer.inputs(), graph.width(h));
@@ -104,7 +133,7 @@ fn chain(part: &Part<'_>, graph: &mut Graph, layers: Vec<Dense>, input: NodeId) 
             part.mismatch(format!("layer {l} takes {wanted} inputs, but the one before gives {given}"))
         })?;
         if l < last {
-            h = graph.map(Activation::Softplus { beta: 100.0 }, h);
+            h = graph.map(SOFTPLUS, h);
         }
     }
     Ok(())

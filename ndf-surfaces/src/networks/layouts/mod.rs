@@ -2,6 +2,7 @@
 
 mod bacon;
 mod deepsdf;
+mod frameworks;
 mod geometric;
 mod nerf;
 mod sequential;
@@ -9,6 +10,7 @@ mod state;
 
 use ndf_core::{BoundingBox, DVec3};
 
+use super::activation::Activation;
 use super::graph::Graph;
 use ndf_formats::tensors::{Tensor, TensorFile};
 use ndf_mesh::io::FileDefect;
@@ -21,16 +23,31 @@ pub(super) use sequential::siren_of_flat_file;
 pub struct Latent(pub Vec<f32>);
 
 impl Latent {
-    /// A row of the first table of codes in a file; `None` if there is none so long.
+    /// A row of the first table of codes in a file, all sides but the last counted through; `None` if there is none so
+    /// long. A single code is number 0.
     pub fn from_tensors(file: &TensorFile, row: usize) -> Option<Self> {
-        let tables = file.iter().filter(|(_, tensor)| tensor.shape().len() == 2);
+        let tables = file.iter().filter(|(_, tensor)| !tensor.shape().is_empty());
         // PyTorch's own name for a table of codes first.
         let named = |name: &str| name.contains("latent") || name.contains("embedding");
         let mut tables: Vec<(&str, &Tensor)> = tables.collect();
         tables.sort_by_key(|(name, _)| !named(name));
         let (_, table) = tables.first()?;
-        table.values().chunks_exact(table.shape()[1].max(1)).nth(row).map(|code| Self(code.to_vec()))
+        let length = table.shape().last().copied().unwrap_or(0).max(1);
+        table.values().chunks_exact(length).nth(row).map(|code| Self(code.to_vec()))
     }
+}
+
+/// What a file of weights does not say of its network.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NetworkOptions {
+    /// The code of the shape, for a decoder of many; other networks ignore it.
+    pub latent: Option<Latent>,
+    /// The activation between layers. By the layout if `None`.
+    pub activation: Option<Activation>,
+    /// The frequency ω of sines: sin(ω x).
+    pub omega: Option<f32>,
+    /// The box in which the surface is. By the layout if `None`.
+    pub bounds: Option<BoundingBox>,
 }
 
 /// Why no network could be made of tensors.
@@ -51,6 +68,26 @@ pub enum LayoutError {
         layout: &'static str,
         /// What is wrong.
         defect: FileDefect,
+    },
+    /// The file is of a framework whose networks are not read.
+    #[error("it is {0}")]
+    Framework(&'static str),
+    /// Layers before the first one that is there are missing.
+    #[error("it holds {first}, but not the layers before: part of a network, perhaps one of several shards")]
+    Partial {
+        /// The first layer.
+        first: String,
+    },
+    /// An activation was asked for, but the file says which it has.
+    #[error("the file says which activations its network has; they cannot be set")]
+    ActivationStated,
+    /// A frequency was asked for, but the network has no sines.
+    #[error(
+        "the network has no sines whose frequency could be set; it has {activation}, and --activation sine makes them"
+    )]
+    NoSines {
+        /// What it has.
+        activation: String,
     },
     /// A weight is NaN or infinite.
     #[error("weights of the network are not finite")]
@@ -86,6 +123,37 @@ pub(super) struct Recognised {
     pub(super) layout: &'static str,
     pub(super) quantity: Quantity,
     pub(super) bounds: BoundingBox,
+    /// The activation that the layout has by convention; `None` where the file says all of them.
+    pub(super) hidden: Option<Activation>,
+}
+
+impl Recognised {
+    /// With what the caller says, or what is `told` of the activation.
+    pub(super) fn with_options(
+        mut self,
+        options: &NetworkOptions,
+        told: Option<Activation>,
+    ) -> Result<Self, LayoutError> {
+        self.bounds = options.bounds.unwrap_or(self.bounds);
+        let put = |found: &mut Self, old, new| {
+            found.graph.replace_activation(old, new);
+            found.hidden = Some(new);
+        };
+        match (self.hidden, options.activation.or(told)) {
+            (Some(old), Some(new)) => put(&mut self, old, new),
+            (None, Some(_)) if options.activation.is_some() => return Err(LayoutError::ActivationStated),
+            _ => {}
+        }
+        if let Some(frequency) = options.omega {
+            let Some(old @ Activation::Sine { .. }) = self.hidden else {
+                let activation =
+                    self.hidden.or(self.graph.activation()).map_or_else(String::new, |a| a.to_string());
+                return Err(LayoutError::NoSines { activation });
+            };
+            put(&mut self, old, Activation::Sine { frequency });
+        }
+        Ok(self)
+    }
 }
 
 /// The cube of a half side around the origin.
@@ -97,12 +165,52 @@ fn cube(half: f64) -> BoundingBox {
 pub(super) fn recognise(file: &TensorFile, latent: Option<&Latent>) -> Result<Recognised, LayoutError> {
     let state = State::new(file);
     // NeuS keeps a radiance field for the background beside its distance, which is the one meant.
-    let found = geometric::read(&state)
+    let found = geometric::read(&state, latent)
         .or_else(|| nerf::read(&state))
         .or_else(|| bacon::read(&state))
         .or_else(|| deepsdf::read(&state, latent))
+        .or_else(|| frameworks::named(&state).map(|what| Err(LayoutError::Framework(what))))
         .or_else(|| sequential::read(&state));
-    found.unwrap_or_else(|| Err(LayoutError::Unknown { found: names(file), known: KNOWN }))
+    found.unwrap_or_else(|| match state.first_of_rest() {
+        Some(first) => Err(LayoutError::Partial { first }),
+        None => Err(LayoutError::Unknown { found: names(file), known: KNOWN }),
+    })
+}
+
+/// The activation that the modules of a pickle name: the only one between layers, since tanh and sigmoid may stand at the end.
+pub(super) fn told_by_modules(file: &TensorFile) -> Option<Activation> {
+    let mut found: Vec<Activation> = Vec::new();
+    let mut ends = 0;
+    for module in file.modules() {
+        let number =
+            |names: &[&str]| names.iter().find_map(|name| module.numbers.get(*name)).map(|&x| x as f32);
+        let frequency = number(&["omega_0", "omega0", "omega", "w0"]);
+        let activation = match module.class.rsplit('.').next().unwrap_or_default() {
+            "ReLU" => Activation::Relu,
+            "LeakyReLU" | "Softplus" if module.numbers.is_empty() => continue,
+            "LeakyReLU" => Activation::LeakyRelu { slope: number(&["negative_slope"])? },
+            "ELU" => Activation::Elu,
+            "Softplus" => Activation::Softplus { beta: number(&["beta"])? },
+            "SiLU" => Activation::Silu,
+            "GELU" => Activation::Gelu,
+            "Tanh" => {
+                ends += 1;
+                continue;
+            }
+            _ => match frequency {
+                Some(frequency) => Activation::Sine { frequency },
+                None => continue,
+            },
+        };
+        if !found.contains(&activation) {
+            found.push(activation);
+        }
+    }
+    match found.as_slice() {
+        [] if ends > 1 => Some(Activation::Tanh),
+        &[only] => Some(only),
+        _ => None,
+    }
 }
 
 /// Names of tensors, a dozen at most.

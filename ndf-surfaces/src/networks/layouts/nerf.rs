@@ -12,8 +12,11 @@ const PREFERRED: [&str; 2] = ["fine", "fn"];
 pub(super) const HALF_SIDE: f64 = 1.5;
 
 pub(super) fn read(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
-    if let Some(part) = state.part("pts_linears.0.weight", &PREFERRED, "NeRF") {
+    if let Some(part) = state.part_of_layer("pts_linears.0", &PREFERRED, "NeRF") {
         return Some(vanilla(&part));
+    }
+    if let Some(part) = state.part_of_layer("xyz_encoding_1.0", &PREFERRED, "NeRF (nerf_pl)") {
+        return Some(nerf_pl(&part));
     }
     if let Some(part) = state.part("layers_xyz.0.weight", &PREFERRED, "NeRF (krrish94)") {
         return Some(krrish94(&part));
@@ -35,6 +38,12 @@ fn vanilla(part: &Part<'_>) -> Result<Recognised, LayoutError> {
         all.only_output(3).ok_or_else(|| part.missing("output_linear has no fourth output"))?
     };
     trunk(part, layers, density)
+}
+
+/// kwea123/nerf_pl: layers counted from 1, the density without a bound of its own.
+fn nerf_pl(part: &Part<'_>) -> Result<Recognised, LayoutError> {
+    let layers = part.layers(|l| format!("xyz_encoding_{}.0", l + 1))?;
+    trunk(part, layers, part.layer("sigma")?)
 }
 
 fn bmild(part: &Part<'_>) -> Result<Recognised, LayoutError> {
@@ -97,5 +106,11 @@ fn connect(part: &Part<'_>, graph: &mut Graph, layer: Dense, from: NodeId) -> Re
 fn end(part: &Part<'_>, mut graph: Graph, density: Dense, h: NodeId) -> Result<Recognised, LayoutError> {
     let density = density.only_output(0).expect("a layer has an output");
     connect(part, &mut graph, density, h)?;
-    Ok(Recognised { graph, layout: "NeRF", quantity: Quantity::Density, bounds: cube(HALF_SIDE) })
+    Ok(Recognised {
+        graph,
+        layout: "NeRF",
+        quantity: Quantity::Density,
+        bounds: cube(HALF_SIDE),
+        hidden: Some(Activation::Relu),
+    })
 }

@@ -16,7 +16,7 @@ pub(super) fn read(state: &State<'_>) -> Option<Result<Recognised, LayoutError>>
     if state.names().any(|name| name.ends_with("kernel:0")) {
         return keras(state);
     }
-    siren(state).or_else(|| relu(state))
+    siren(state).or_else(|| lucidrains(state)).or_else(|| relu(state))
 }
 
 /// nmwsharp/neural-implicit-queries (Sharp and Jacobson 2022): arrays `NNNN.operation.parameter`, in order.
@@ -52,7 +52,7 @@ fn operations(part: &Part<'_>, state: &State<'_>) -> Result<Recognised, LayoutEr
             }
         };
     }
-    finished(part, graph, h, "multilayer perceptron")
+    finished(part, graph, h, "multilayer perceptron", None)
 }
 
 /// Keras: `dense…/kernel:0`. The weight-encoded shapes of Davies, Nowrouzezahrai and Jacobson (2020) have ReLU, and
@@ -71,18 +71,19 @@ fn keras(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
         .map(|stem| part.kernel_layer(&format!("{stem}kernel:0"), &format!("{stem}bias:0")))
         .collect();
     Some(
-        layers
-            .and_then(|layers| perceptron(&part, layers, Activation::Relu, Some(Activation::Tanh), "Keras")),
+        layers.and_then(|layers| {
+            perceptron(&part, layers, [Activation::Relu; 2], Some(Activation::Tanh), "Keras")
+        }),
     )
 }
 
 /// Sine layers: `net.net.i.0` of the authors' code, `net.i.linear` of their notebook.
 fn siren(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
     let (part, name): (_, fn(usize) -> String) =
-        if let Some(part) = state.part("net.net.0.0.weight", &[], "SIREN") {
+        if let Some(part) = state.part_of_layer("net.net.0.0", &[], "SIREN") {
             (part, |l| format!("net.net.{l}.0"))
         } else {
-            (state.part("net.0.linear.weight", &[], "SIREN")?, |l| format!("net.{l}.linear"))
+            (state.part_of_layer("net.0.linear", &[], "SIREN")?, |l| format!("net.{l}.linear"))
         };
     let layers = part.layers(name).and_then(|mut layers| {
         // The last layer has no sine, hence another name in the notebook.
@@ -92,24 +93,44 @@ fn siren(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
         }
         Ok(layers)
     });
-    Some(layers.and_then(|layers| perceptron(&part, layers, SIREN, None, "SIREN")))
+    Some(layers.and_then(|layers| perceptron(&part, layers, [SIREN; 2], None, "SIREN")))
+}
+
+/// lucidrains/siren-pytorch: the first sine of 30 x, the others of x, the last layer by a name of its own.
+fn lucidrains(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
+    let part = state.part_of_layer("last_layer", &[], "SIREN (lucidrains)")?;
+    let build = || {
+        let mut layers = part.layers(|l| format!("layers.{l}"))?;
+        if layers.is_empty() {
+            return Err(part.missing("layers.0 is missing"));
+        }
+        layers.push(part.layer("last_layer")?);
+        let others = Activation::Sine { frequency: 1.0 };
+        perceptron(&part, layers, [SIREN, others], None, "SIREN (lucidrains)")
+    };
+    Some(build())
 }
 
 /// Linear layers with ReLU between them, as `torch.nn.Sequential` numbers them.
 fn relu(state: &State<'_>) -> Option<Result<Recognised, LayoutError>> {
     let (part, stem) = ["net.", "layers.", "model.", "mlp.", ""].iter().find_map(|stem| {
-        let part = state.part(&format!("{stem}0.weight"), &[], "multilayer perceptron")?;
+        let part = state.part_of_layer(&format!("{stem}0"), &[], "multilayer perceptron")?;
         Some((part, *stem))
     })?;
     let numbers = (0..64).map(|l| format!("{stem}{l}")).filter(|name| part.has(name));
     let layers: Result<Vec<Dense>, LayoutError> = numbers.map(|name| part.layer(&name)).collect();
-    Some(layers.and_then(|layers| perceptron(&part, layers, Activation::Relu, None, "multilayer perceptron")))
+    Some(
+        layers.and_then(|layers| {
+            perceptron(&part, layers, [Activation::Relu; 2], None, "multilayer perceptron")
+        }),
+    )
 }
 
+/// Layers with activations between them, the first of two after the first layer.
 fn perceptron(
     part: &Part<'_>,
     layers: Vec<Dense>,
-    between: Activation,
+    between: [Activation; 2],
     last: Option<Activation>,
     layout: &'static str,
 ) -> Result<Recognised, LayoutError> {
@@ -118,11 +139,11 @@ fn perceptron(
     let end = layers.len() - 1;
     for (l, layer) in layers.into_iter().enumerate() {
         h = connect(part, &mut graph, layer, h)?;
-        if let Some(activation) = if l < end { Some(between) } else { last } {
+        if let Some(activation) = if l < end { Some(between[l.min(1)]) } else { last } {
             h = graph.map(activation, h);
         }
     }
-    finished(part, graph, h, layout)
+    finished(part, graph, h, layout, Some(between[0]))
 }
 
 fn connect(part: &Part<'_>, graph: &mut Graph, layer: Dense, from: NodeId) -> Result<NodeId, LayoutError> {
@@ -136,9 +157,10 @@ fn finished(
     graph: Graph,
     last: NodeId,
     layout: &'static str,
+    hidden: Option<Activation>,
 ) -> Result<Recognised, LayoutError> {
     match graph.width(last) {
-        1 => Ok(Recognised { graph, layout, quantity: Quantity::Distance, bounds: cube(1.0) }),
+        1 => Ok(Recognised { graph, layout, quantity: Quantity::Distance, bounds: cube(1.0), hidden }),
         n => Err(part.mismatch(format!("its output has {n} numbers instead of 1"))),
     }
 }
@@ -170,5 +192,11 @@ pub(in super::super) fn siren_of_flat_file(bytes: &[u8]) -> Option<Recognised> {
             h = graph.map(SIREN, h);
         }
     }
-    Some(Recognised { graph, layout: "SIREN", quantity: Quantity::Distance, bounds: cube(1.0) })
+    Some(Recognised {
+        graph,
+        layout: "SIREN",
+        quantity: Quantity::Distance,
+        bounds: cube(1.0),
+        hidden: Some(SIREN),
+    })
 }

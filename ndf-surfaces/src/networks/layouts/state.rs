@@ -7,6 +7,12 @@ use super::LayoutError;
 use ndf_formats::tensors::{Tensor, TensorFile};
 use ndf_mesh::io::FileDefect;
 
+/// The tensors by which a layer is known: its weights, or their directions in weight normalisation, as
+/// `torch.nn.utils.weight_norm` and its successor in `torch.nn.utils.parametrizations` name them.
+const WEIGHTS: [&str; 3] = ["weight_v", "parametrizations.weight.original1", "weight"];
+/// Layers that are looked for.
+const MOST_LAYERS: usize = 64;
+
 /// The tensors of a file, in which a network may lie under any prefix.
 pub(super) struct State<'a> {
     file: &'a TensorFile,
@@ -26,6 +32,29 @@ impl<'a> State<'a> {
 
     pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
         self.file.iter().map(|(name, _)| name)
+    }
+
+    /// The first of numbered layers of which number 0 is missing.
+    pub(super) fn first_of_rest(&self) -> Option<String> {
+        let layer = |stem: &str, number: usize| format!("{stem}{number}");
+        ["lin", "glin", "pts_linears.", "net.", "layers."].into_iter().find_map(|stem| {
+            let has = |number| {
+                WEIGHTS
+                    .iter()
+                    .any(|kind| self.part(&format!("{}.{kind}", layer(stem, number)), &[], "").is_some())
+            };
+            (1..MOST_LAYERS).find(|&number| has(number)).map(|number| layer(stem, number))
+        })
+    }
+
+    /// The part in which there is a layer of a name, as [`Self::part`].
+    pub(super) fn part_of_layer(
+        &self,
+        name: &str,
+        preferred: &[&str],
+        layout: &'static str,
+    ) -> Option<Part<'a>> {
+        WEIGHTS.iter().find_map(|kind| self.part(&format!("{name}.{kind}"), preferred, layout))
     }
 
     /// What comes before a name in the file, the best place first: one that contains the earliest of `preferred`.
@@ -68,9 +97,7 @@ impl<'a> Part<'a> {
 
     /// Whether there is a layer of a name.
     pub(super) fn has(&self, name: &str) -> bool {
-        ["weight", "weight_v", "parametrizations.weight.original1"]
-            .iter()
-            .any(|kind| self.tensor(&format!("{name}.{kind}")).is_some())
+        WEIGHTS.iter().any(|kind| self.tensor(&format!("{name}.{kind}")).is_some())
     }
 
     /// A layer of PyTorch: `weight` (outputs × inputs), or `weight_g` and `weight_v` of weight normalisation
@@ -104,9 +131,13 @@ impl<'a> Part<'a> {
         layer.ok_or_else(|| self.mismatch(format!("weight and bias of {name} have different sizes")))
     }
 
-    /// Layers `name(0)`, `name(1)`, … as far as there are.
+    /// Layers `name(0)`, `name(1)`, … as far as there are. None must be missing between others.
     pub(super) fn layers(&self, name: impl Fn(usize) -> String) -> Result<Vec<Dense>, LayoutError> {
-        (0..).map(name).take_while(|name| self.has(name)).map(|name| self.layer(&name)).collect()
+        let count = (0..).take_while(|&l| self.has(&name(l))).count();
+        if let Some(later) = (count + 1..MOST_LAYERS).map(&name).find(|later| self.has(later)) {
+            return Err(self.missing(format!("{} is missing before {later}", name(count))));
+        }
+        (0..count).map(|l| self.layer(&name(l))).collect()
     }
 
     /// A layer of Keras: a kernel (inputs × outputs) and a bias.
