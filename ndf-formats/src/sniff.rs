@@ -36,16 +36,13 @@ pub fn sniff(bytes: &[u8]) -> Option<Format> {
     if let Some(container) = tensors::container_of(bytes) {
         return Some(Format::Tensors(container));
     }
-    match Signature::of(bytes) {
-        Some(Signature::Zip) => return Some(Format::Foreign(tensors::other_archive(bytes))),
-        Some(Signature::Gzip) => {
-            let splats = splats::splat_format(bytes).map(Format::Splats);
-            return Some(splats.unwrap_or(Format::Foreign("packed by gzip; unpack it first")));
-        }
-        Some(Signature::Glb) => {
-            return Some(Format::Foreign("binary glTF, which is not read; export it as OBJ, PLY or STL"));
-        }
-        _ => {}
+    if let Some(packed @ (Signature::Zip | Signature::Gzip | Signature::Glb)) = Signature::of(bytes) {
+        let what = match packed {
+            Signature::Zip => tensors::other_archive(bytes),
+            Signature::Gzip => "packed by gzip; unpack it first",
+            _ => "binary glTF without splats, which is not read; export it as OBJ, PLY or STL",
+        };
+        return Some(splats::splat_format(bytes).map_or(Format::Foreign(what), Format::Splats));
     }
     match point_cloud::sniff(bytes) {
         Some(CloudFormat::Vertices(format)) if io::has_faces(bytes, format) => Some(Format::Mesh(format)),
@@ -177,7 +174,6 @@ mod tests {
         };
         for (bytes, said) in [
             (splats::samples::gzip(&ply), "gzip"),
-            (zip(&["meta.json", "means_l.webp"]), "SOG"),
             (zip(&["3D/3dmodel.model"]), "3MF"),
             (zip(&["scene.usdc"]), "USD"),
             (zip(&["model.weights.h5", "config.json"]), "Keras 3"),

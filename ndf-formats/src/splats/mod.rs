@@ -1,12 +1,16 @@
 //! 3D Gaussian splats (Kerbl, Kopanas, Leimkühler and Drettakis 2023) and their files: the authors' PLY, packed PLY, SPZ and
-//! records of 32 bytes.
+//! records of 32 bytes, SOG, binary glTF, and the checkpoints of training.
 
 mod antimatter;
 mod checkpoint;
 mod compressed_ply;
+#[cfg(feature = "glb")]
+mod glb;
 mod inria_ply;
 #[cfg(any(all(test, feature = "full"), feature = "samples"))]
 pub mod samples;
+#[cfg(feature = "sog")]
+mod sog;
 #[cfg(feature = "spz")]
 mod spz;
 #[cfg(test)]
@@ -20,7 +24,7 @@ use ndf_mesh::io::{FileDefect, Signature};
 pub use checkpoint::splats_of_tensors;
 pub use inria_ply::write_splats;
 
-use crate::tensors::Container;
+use crate::tensors::{self, Container};
 
 /// A Gaussian: opacity times exp(−½ ρ²), ρ the distance in units of its standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +68,10 @@ pub enum SplatFormat {
     Spz,
     /// Records of 32 bytes, as antimatter15's viewer has them; there is nothing else to know it by.
     Antimatter,
+    /// PlayCanvas' SOG: images in an archive.
+    Sog,
+    /// Binary glTF with `KHR_gaussian_splatting`.
+    Glb,
     /// A checkpoint of gsplat, nerfstudio or the authors' code.
     Checkpoint(Container),
 }
@@ -75,6 +83,8 @@ impl fmt::Display for SplatFormat {
             Self::CompressedPly => "compressed PLY",
             Self::Spz => "SPZ",
             Self::Antimatter => "splat",
+            Self::Sog => "SOG",
+            Self::Glb => "GLB",
             Self::Checkpoint(container) => return container.fmt(f),
         })
     }
@@ -85,7 +95,7 @@ impl fmt::Display for SplatFormat {
 pub enum SplatError {
     /// The content is none of the formats.
     #[error(
-        "the file is not a splat file (PLY with opacity, scale and rot, compressed PLY, SPZ or 32-byte records)"
+        "the file is not a splat file (PLY with opacity, scale and rot, compressed PLY, SPZ, SOG, GLB with KHR_gaussian_splatting or 32-byte records)"
     )]
     Unknown,
     /// The file ends early or contradicts itself.
@@ -122,8 +132,11 @@ pub fn splat_format(bytes: &[u8]) -> Option<SplatFormat> {
         }
         return (has("opacity") && has("scale_0") && has("rot_0")).then_some(SplatFormat::InriaPly);
     }
-    if is_spz(bytes) {
-        return Some(SplatFormat::Spz);
+    match Signature::of(bytes) {
+        Some(Signature::Zip) => return tensors::is_sog(bytes).then_some(SplatFormat::Sog),
+        Some(Signature::Glb) => return is_glb(bytes).then_some(SplatFormat::Glb),
+        _ if is_spz(bytes) => return Some(SplatFormat::Spz),
+        _ => {}
     }
     let is_unsigned = Signature::of(bytes).is_none();
     (is_unsigned && antimatter::recognises(bytes)).then_some(SplatFormat::Antimatter)
@@ -144,6 +157,14 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
         #[cfg(not(feature = "spz"))]
         SplatFormat::Spz => Err(SplatError::NotBuilt { format, feature: "spz" }),
         SplatFormat::Antimatter => Ok(antimatter::read(bytes)),
+        #[cfg(feature = "sog")]
+        SplatFormat::Sog => sog::read(bytes),
+        #[cfg(not(feature = "sog"))]
+        SplatFormat::Sog => Err(SplatError::NotBuilt { format, feature: "sog" }),
+        #[cfg(feature = "glb")]
+        SplatFormat::Glb => glb::read(bytes),
+        #[cfg(not(feature = "glb"))]
+        SplatFormat::Glb => Err(SplatError::NotBuilt { format, feature: "glb" }),
         // Tensors are read before.
         SplatFormat::Checkpoint(_) => Err(SplatError::Unknown),
     }?;
@@ -152,6 +173,14 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
 
 fn sigmoid(x: f32) -> f32 {
     (1.0 + (-x).exp()).recip()
+}
+
+/// Whether binary glTF holds splats. Without its reader, it is not looked into.
+fn is_glb(bytes: &[u8]) -> bool {
+    #[cfg(feature = "glb")]
+    return glb::recognises(bytes);
+    #[cfg(not(feature = "glb"))]
+    return bytes.is_empty();
 }
 
 /// The first bytes of SPZ, bare or within gzip.

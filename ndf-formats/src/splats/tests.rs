@@ -242,3 +242,113 @@ fn checkpoints_of_training_hold_splats() {
     }
     assert!(splats_of_tensors(&named("", ["mean", "scales", "quats", "opacities"])).is_none());
 }
+
+/// A lossless image of pixels in rows of 64.
+fn webp(pixels: &[[u8; 4]]) -> Vec<u8> {
+    let mut pixels = pixels.to_vec();
+    pixels.resize(pixels.len().next_multiple_of(64), [0; 4]);
+    let mut bytes = Vec::new();
+    let encoder = image_webp::WebPEncoder::new(&mut bytes);
+    encoder.encode(&pixels.concat(), 64, pixels.len() as u32 / 64, image_webp::ColorType::Rgba8).unwrap();
+    bytes
+}
+
+#[test]
+fn sog_is_read() {
+    let ball = ball();
+    let log = |x: f64| x.abs().ln_1p().copysign(x);
+    let words = |s: &Splat| s.center.map(|x| ((log(x) + 1.0) / 2.0 * 65535.0).round() as u16);
+    let mut places = [Vec::new(), Vec::new()];
+    let [mut scales, mut quats, mut colours] = [Vec::new(), Vec::new(), Vec::new()];
+    for splat in &ball {
+        for (byte, places) in places.iter_mut().enumerate() {
+            let [x, y, z] = words(splat).map(|word| word.to_le_bytes()[byte]);
+            places.push([x, y, z, 255]);
+        }
+        // The table has ln 0.04 at 7 and ln 0.001 at 200.
+        scales.push([7, 7, 200, 255]);
+        let q = splat.rotation;
+        let largest = (0..4).max_by(|&a, &b| q[a].abs().total_cmp(&q[b].abs())).unwrap();
+        let byte =
+            |k: usize| ((q[k] * q[largest].signum() * std::f32::consts::SQRT_2 + 1.0) * 127.5).round() as u8;
+        let others: Vec<u8> = (0..4).filter(|&k| k != largest).map(byte).collect();
+        quats.push([others[0], others[1], others[2], 252 + largest as u8]);
+        colours.push([1, 2, 3, (splat.opacity * 255.0).round() as u8]);
+    }
+    let mut table = [-3.0_f32; 256];
+    (table[7], table[200]) = (0.04_f32.ln(), 0.001_f32.ln());
+    let meta = format!(
+        r#"{{"version":2,"count":{},"means":{{"mins":[-1,-1,-1],"maxs":[1,1,1],"files":["l.webp","u.webp"]}},
+        "scales":{{"codebook":{table:?},"files":["s.webp"]}},"quats":{{"files":["q.webp"]}},"sh0":{{"files":["c.webp"]}}}}"#,
+        ball.len()
+    );
+    let images = [&places[0], &places[1], &scales, &quats, &colours].map(|pixels| webp(pixels));
+    let zip = |meta: &str| {
+        let names = ["l.webp", "u.webp", "s.webp", "q.webp", "c.webp"];
+        let mut entries: Vec<(&str, &[u8])> =
+            names.into_iter().zip(images.iter().map(Vec::as_slice)).collect();
+        entries.push(("meta.json", meta.as_bytes()));
+        crate::tensors::samples::zip_of(&entries)
+    };
+    let (format, found) = parse_splats(&zip(&meta)).unwrap();
+    assert_eq!((format, found.len()), (SplatFormat::Sog, ball.len()));
+    for (a, b) in found.iter().zip(&ball) {
+        assert!((0..3).all(|k| (a.center[k] - b.center[k]).abs() < 1e-4), "{a:?} {b:?}");
+        assert!((0..3).all(|k| (a.scales[k] - b.scales[k]).abs() < 1e-6), "{a:?} {b:?}");
+        assert!((a.opacity - b.opacity).abs() < 0.01);
+        let along: f32 = a.rotation.iter().zip(b.rotation).map(|(x, y)| x * y).sum();
+        assert!(along.abs() > 0.999, "{a:?} {b:?}");
+    }
+    let error = |meta: &str| parse_splats(&zip(meta)).unwrap_err().to_string();
+    assert!(error(&meta.replace(r#""version":2,"#, "")).contains("version"));
+    assert!(error(&meta.replacen("2562", "99999", 1)).contains("pixels for 99999 splats"));
+    assert!(error("{}").contains("meta.json"));
+}
+
+#[test]
+fn splats_of_glb_are_read() {
+    let ball = ball();
+    let columns: [(usize, Vec<f32>); 4] = [
+        (3, ball.iter().flat_map(|s| s.center.map(|x| x as f32)).collect()),
+        (4, ball.iter().flat_map(|s| [1, 2, 3, 0].map(|k| s.rotation[k])).collect()),
+        (3, ball.iter().flat_map(|s| s.scales).collect()),
+        (1, ball.iter().map(|s| s.opacity).collect()),
+    ];
+    let (mut buffer, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, (_, numbers)) in columns.iter().enumerate() {
+        views.push(format!(
+            r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#,
+            buffer.len(),
+            4 * numbers.len()
+        ));
+        accessors.push(format!(r#"{{"bufferView":{i},"componentType":5126,"count":{}}}"#, ball.len()));
+        buffer.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    let glb = |nodes: &str| {
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"bufferViews":[{}],"accessors":[{}],"meshes":[{{"primitives":[{{"mode":0,
+            "attributes":{{"POSITION":0,"KHR_gaussian_splatting:ROTATION":1,"KHR_gaussian_splatting:SCALE":2,
+            "KHR_gaussian_splatting:OPACITY":3}},"extensions":{{"KHR_gaussian_splatting":{{"kernel":"ellipse"}}}}}}]}}]}}"#,
+            views.join(","),
+            accessors.join(",")
+        );
+        let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes(), kind, data].concat();
+        let chunks = [chunk(b"JSON", json.as_bytes()), chunk(b"BIN\0", &buffer)].concat();
+        [&b"glTF"[..], &2_u32.to_le_bytes(), &(chunks.len() as u32 + 12).to_le_bytes(), &chunks].concat()
+    };
+    let bytes = glb(r#"{"mesh":0}"#);
+    let (format, found) = parse_splats(&bytes).unwrap();
+    assert_eq!((format, found.len()), (SplatFormat::Glb, ball.len()));
+    for (a, b) in found.iter().zip(&ball) {
+        assert_eq!((a.center, a.rotation, a.scales, a.opacity), (b.center, b.rotation, b.scales, b.opacity));
+    }
+    for end in (12..bytes.len()).step_by(997) {
+        assert!(parse_splats(&bytes[..end]).is_err());
+    }
+    let moved = parse_splats(&glb(r#"{"mesh":0,"translation":[1,0,0]}"#)).unwrap_err().to_string();
+    assert!(moved.contains("moved"), "{moved}");
+    let without = String::from_utf8_lossy(&bytes).replace("KHR_gaussian_splatting", "KHR_gaussian_splutting");
+    assert!(
+        matches!(crate::sniff(without.as_bytes()), Some(crate::Format::Foreign(what)) if what.contains("glTF"))
+    );
+}

@@ -11,24 +11,24 @@ use super::{Container, Contents, TensorError, npy};
 const MOST_GROWTH: u64 = 64;
 
 /// A zip archive in memory.
-pub(super) struct Archive<'a> {
+pub(crate) struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
     limit: u64,
 }
 
 impl<'a> Archive<'a> {
-    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
+    pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
         let zip = ZipArchive::new(Cursor::new(bytes));
         let zip = zip.map_err(|e| FileDefect::undecodable(format!("as a zip archive: {e}")))?;
         Ok(Self { zip, limit: MOST_GROWTH * bytes.len() as u64 })
     }
 
-    pub(super) fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         self.zip.file_names().filter_map(|name| Some(name.ok()?.into_owned())).collect()
     }
 
     /// The contents of an entry.
-    pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>, FileDefect> {
+    pub(crate) fn read(&mut self, name: &str) -> Result<Vec<u8>, FileDefect> {
         let of_entry = |what: String| format!("entry {name} of the archive: {what}");
         let entry = self.zip.by_name(name).map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
         let size = entry.size();
@@ -55,13 +55,18 @@ pub(super) fn container_of(bytes: &[u8]) -> Option<Container> {
     }
 }
 
+/// Whether an archive holds the images of SOG and their description.
+pub(super) fn is_sog(bytes: &[u8]) -> bool {
+    let names = Archive::open(bytes).map(|archive| archive.names()).unwrap_or_default();
+    let has = |end: &str| names.iter().any(|name| name.ends_with(end));
+    has("meta.json") && has(".webp")
+}
+
 /// What an archive without tensors is, told by what it holds, in words that complete "the file is …".
 pub(super) fn other(bytes: &[u8]) -> &'static str {
     let names = Archive::open(bytes).map(|archive| archive.names()).unwrap_or_default();
     let has = |end: &str| names.iter().any(|name| name.to_ascii_lowercase().ends_with(end));
-    if has("meta.json") && (has(".webp") || has(".sog")) {
-        "SOG, PlayCanvas' packed splats, which are not read; convert it to .ply with splat-transform"
-    } else if has(".model") {
+    if has(".model") {
         "a 3MF file, which is not read; export it as OBJ, PLY or STL"
     } else if has(".usdc") || has(".usda") || has(".usd") {
         "a USD file, which is not read; export it as OBJ, PLY or STL"

@@ -28,6 +28,8 @@ use std::collections::BTreeMap;
 
 use ndf_mesh::io::FileDefect;
 
+#[cfg(feature = "sog")]
+pub(crate) use archive::Archive;
 pub use pickle::PickleError;
 
 /// An array of numbers in row-major order.
@@ -261,6 +263,14 @@ fn archive_of(bytes: &[u8]) -> Option<Container> {
 #[cfg(not(feature = "zip"))]
 fn archive_of(_: &[u8]) -> Option<Container> {
     Some(Container::TorchZip)
+}
+
+/// Whether an archive is SOG: images of splats. Without the reader of archives this is not known.
+pub(crate) fn is_sog(bytes: &[u8]) -> bool {
+    #[cfg(feature = "zip")]
+    return archive::is_sog(bytes);
+    #[cfg(not(feature = "zip"))]
+    return bytes.is_empty();
 }
 
 /// What an archive without tensors is, in words that complete "the file is …".

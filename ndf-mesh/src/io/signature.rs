@@ -133,7 +133,7 @@ impl Signature {
             Self::Hdf5 => "it is an HDF5 file",
             Self::Numpy => "it is an array of NumPy",
             Self::Spz => "it is an SPZ file of splats",
-            Self::Glb => "it is binary glTF, which is not read as a mesh",
+            Self::Glb => "it is binary glTF, whose meshes are not read",
             Self::Zip => "it is a zip archive",
             Self::Gzip => "it is packed by gzip; unpack it first",
             Self::Foreign(_) => "it is of a format that is not read",

@@ -17,7 +17,7 @@ use crate::kind::Kind;
 
 /// What can be read, for files of no known kind.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
-                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ and .splat";
+                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ, SOG, GLB, PyTorch and .splat";
 
 /// Why a surface could not be opened. Every message names the file, or what stands for it.
 #[derive(Debug, thiserror::Error)]
