@@ -12,7 +12,7 @@ const HOPELESS: f64 = 0.5;
 const UNIT: f64 = 1e-3;
 
 /// What there is to say of columns that may be normals.
-pub const UNCLEAR_COLUMNS: &str = "columns 4 to 6 are neither of length 1 nor colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals";
+pub const UNCLEAR_COLUMNS: &str = "columns 4 to 6 look neither like normals nor like colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals";
 
 /// Points as they stand in a file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,8 +1,8 @@
 //! Which columns are places and normals.
 //!
 //! Names decide where there are some. Where there are none, the first three columns are the place, and three further ones
-//! are a normal only if they look like one: of length 1, or all of one length, and not like a colour, which is never
-//! negative.
+//! are a normal only if they look like one: of length 1, or all of one length, or of any length if they point to both sides
+//! along two axes at least. Colours and other numbers that are never negative do not.
 
 use std::path::Path;
 
@@ -235,7 +235,8 @@ pub(super) fn normals(
         return found(3);
     }
     let is_normal = |first: usize, looks: Looks| {
-        looks == Looks::Unit || (looks == Looks::OneLength && usual.contains(&first))
+        looks == Looks::Unit
+            || (matches!(looks, Looks::OneLength | Looks::ToAllSides) && usual.contains(&first))
     };
     let mut looks =
         (3..(columns + 1).saturating_sub(3).max(3)).map(|first| (first, Looks::of(&|| all(first))));
@@ -252,6 +253,8 @@ enum Looks {
     Unit,
     /// Vectors of one length, or one vector of length 1.
     OneLength,
+    /// Vectors of any length that point to both sides along two axes at least.
+    ToAllSides,
     /// Numbers that are never negative: colours, deviations, counts.
     NeverNegative,
     Else,
@@ -267,12 +270,15 @@ impl Looks {
         let is_one_length =
             first.length() > 0.0 && finite().all(|v| (v.length() / first.length() - 1.0).abs() < 1e-3);
         let has_negative = finite().any(|v| v.min_element() < 0.0);
+        let has_both = |axis: &usize| finite().any(|v| v[*axis] < 0.0) && finite().any(|v| v[*axis] > 0.0);
+        let two_sided = (0..3).filter(has_both).count();
         let is_constant = finite().all(|v| v == first);
         let is_like_bytes = || finite().all(|v| v.max_element() <= 255.0 && v.fract() == DVec3::ZERO);
         let is_at_most_one = || finite().all(|v| v.max_element() <= 1.0);
         match (has_negative, is_unit) {
             (true, true) => Self::Unit,
             (true, false) if is_one_length => Self::OneLength,
+            (true, false) if two_sided >= 2 => Self::ToAllSides,
             (true, false) => Self::Else,
             // Normals along one axis, of a plane; a colour of that kind is rare.
             (false, true) if is_constant => Self::OneLength,

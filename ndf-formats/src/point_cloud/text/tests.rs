@@ -153,7 +153,11 @@ fn colours_and_other_numbers_are_no_normals() {
         check("a.txt", &with_normals, None, true);
     }
     let flow = text("", |i, p, n| format!("{} {}", vector(p, " "), vector(n * (0.5 + unit(i)), " ")));
-    let file = check("a.xyz", &flow, None, false);
+    // Normals of any length are normals if they point to all sides.
+    assert!(check("a.xyz", &flow, None, true).report.normals_scaled > 50);
+    let one_sided =
+        text("", |i, p, _| format!("{} {:.4} 0.5 {:.4}", vector(p, " "), unit(i) - 0.5, unit(i + 5)));
+    let file = check("a.xyz", &one_sided, None, false);
     assert!(file.report.unclear_columns && file.report.sentences()[0].contains("--columns"));
     check("a.pwn", &flow, None, true);
     let red = text("", |_, p, _| vector(p, " ") + " 1 0 0");
