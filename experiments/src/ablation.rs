@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use ndf_core::Surface;
 use ndf_core::progress::NoProgress;
-use ndf_mesh::{ManifoldMesh, repair};
+use ndf_mesh::ManifoldMesh;
+use ndf_mesh::repair::{self, RepairOptions};
 use ndf_meshing::{BaseMeshOptions, MarchingCubesOptions, base_mesh_of_manifold, marching_cubes};
 use ndf_network::Activation;
 use ndf_surfaces::MeshSurface;
@@ -232,7 +233,7 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let file = ndf_mesh::io::read_mesh(path).map_err(|e| say(&e))?;
-        let mesh = repair::repaired(&file.mesh).map_err(|e| say(&e))?.mesh;
+        let mesh = repair::repaired(&file.mesh, &RepairOptions::LARGEST).map_err(|e| say(&e))?.mesh;
         let surface = MeshSurface::new(&mesh).map_err(|e| say(&e))?;
         let base = BaseMeshOptions { faces: options.base_faces, ..BaseMeshOptions::default() };
         let base =

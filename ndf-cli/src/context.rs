@@ -7,6 +7,7 @@ use std::num::NonZero;
 
 use clap::Args;
 use ndf::Note;
+use ndf_mesh::repair::RepairNote;
 
 use crate::output::{Failure, Outcome, printable};
 use crate::progress::ShownProgress;
@@ -78,6 +79,7 @@ impl Context {
         let advice = match note {
             Note::NormalsDisagree { .. } => " (--as oriented-cloud uses them)",
             Note::NoCode => " (--latent gives one)",
+            Note::Repair(RepairNote::VerticesMerged { .. }) => " (--keep-seams leaves them apart)",
             Note::Diverged { .. } => "; try a smaller --lr",
             _ => "",
         };

@@ -3,22 +3,25 @@
 use std::path::Path;
 
 use ndf::files::{NoMesh, NoModel};
-use ndf::{Model, NoTriangulation, OpenError, Opened, Triangulated};
+use ndf::{Model, NoTriangulation, OpenError, OpenOptions, Opened, Triangulated};
 use ndf_mesh::io::MeshFile;
 use ndf_model::file::ModelError;
 
-use crate::arguments::{Reading, TriangulationArguments};
+use crate::arguments::TriangulationArguments;
 use crate::context::Context;
 use crate::interrupt;
 use crate::output::Failure;
+
+/// What to do where much would be left out.
+pub const LARGEST: &str = "--largest-component allows it";
 
 /// Opens a surface of any kind.
 ///
 /// # Errors
 /// If the file is of no known kind, is malformed, or holds no usable surface.
-pub fn open(path: &Path, reading: &Reading, context: &Context) -> Result<Opened, Failure> {
+pub fn open(path: &Path, options: &OpenOptions, context: &Context) -> Result<Opened, Failure> {
     let progress = context.progress().cancelled_by(interrupt::flag());
-    let opened = ndf::open_with(path, &reading.options()?, &progress).map_err(|e| not_opened(&e))?;
+    let opened = ndf::open_with(path, options, &progress).map_err(|e| not_opened(&e))?;
     drop(progress);
     opened.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
     Ok(opened)
@@ -29,6 +32,10 @@ pub fn not_opened(error: &OpenError) -> Failure {
     let failure = Failure::new(error.to_string());
     match error {
         OpenError::Model { .. } => failure.try_instead("`ndf extract` makes a mesh of it"),
+        OpenError::LeftOut { .. } => failure.try_instead(LARGEST),
+        OpenError::OneSided { .. } => {
+            failure.try_instead("`ndf geodesic` and `ndf spectrum` take it as it is")
+        }
         OpenError::NoNormals { .. } => failure.try_instead("--as cloud finds normals"),
         OpenError::Table { .. } => {
             failure.try_instead("fit the decoder they are for, and give the codes with --latent")
@@ -49,6 +56,10 @@ pub fn read_model(path: &Path) -> Result<Model, Failure> {
 fn no_model(error: &NoModel) -> Failure {
     let failure = Failure::new(error.to_string());
     match error.source {
+        ModelError::Magic if error.what == Some("a checkpoint") => {
+            failure.try_instead("`ndf fit --resume` makes a model of it")
+        }
+        ModelError::Magic if error.what.is_some() => failure.try_instead("`ndf fit` makes one of it"),
         ModelError::Magic => failure.try_instead("`ndf fit` makes models"),
         _ => failure,
     }
@@ -68,6 +79,10 @@ pub fn read_faces(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
 fn no_mesh(error: &NoMesh) -> Failure {
     let failure = Failure::new(error.to_string());
     match error {
+        NoMesh::Other { what: "a checkpoint", .. } => {
+            failure.try_instead("`ndf fit --resume` makes a model of it")
+        }
+        NoMesh::Other { .. } => failure.try_instead("`ndf mesh` makes one of it, and `ndf fit` a model"),
         NoMesh::Model { .. } => {
             failure.try_instead("`ndf extract` makes a mesh of it, and `ndf convert` one of its base mesh")
         }
@@ -75,8 +90,8 @@ fn no_mesh(error: &NoMesh) -> Failure {
     }
 }
 
-/// Reads what geodesics and spectra are computed on: a mesh with the vertex order of its file where that is a manifold,
-/// repaired otherwise, or, where that cannot be, its usable triangles; or the mesh of a model.
+/// Reads what geodesics and spectra are computed on: a mesh, repaired to a manifold, or, where that cannot be, its usable
+/// triangles; or the mesh of a model.
 ///
 /// # Errors
 /// If the input cannot be read, or is a model without an edge length.
@@ -85,16 +100,16 @@ pub fn read_triangulation(
     context: &Context,
 ) -> Result<Triangulated, Failure> {
     let path = &arguments.input;
-    let mut found = Triangulated::open(path, arguments.edge_length(), &context.progress()).map_err(
-        |error| match error {
-            NoTriangulation::Mesh(error) => no_mesh(&error),
-            NoTriangulation::Model(error) => no_model(&error),
-            NoTriangulation::NoEdgeLength { .. } => {
-                Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
-            }
-            error => error.into(),
-        },
-    )?;
+    let opened = Triangulated::open(path, arguments.edge_length(), &arguments.repair(), &context.progress());
+    let mut found = opened.map_err(|error| match error {
+        NoTriangulation::Mesh(error) => no_mesh(&error),
+        NoTriangulation::Model(error) => no_model(&error),
+        NoTriangulation::NoEdgeLength { .. } => {
+            Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
+        }
+        NoTriangulation::LeftOut { .. } => Failure::new(error.to_string()).try_instead(LARGEST),
+        error => error.into(),
+    })?;
     found.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
     if arguments.no_metric {
         found.factors = None;

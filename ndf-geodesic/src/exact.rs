@@ -2,9 +2,10 @@
 
 use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_mesh::SurfacePoint;
+use ndf_mesh::{SurfacePoint, Vertex};
 
 use crate::error::GeodesicError;
+use crate::joints::Joints;
 use crate::propagation::{ExactReport, Wavefront};
 use crate::pseudo_sources::Arrival;
 use crate::sources::Place;
@@ -21,12 +22,15 @@ pub struct ExactOptions {
     /// Stop when the distances of all these points are known; what lies beyond the farthest stays infinite.
     /// Empty to go everywhere.
     pub targets: Vec<SurfacePoint>,
+    /// Groups of vertices that are one place, as where fans of faces meet in one vertex: paths pass from each to the others
+    /// of its group. Groups with a vertex in common are one.
+    pub joined: Vec<Vec<Vertex>>,
 }
 
 impl Default for ExactOptions {
     /// Distances at all vertices and nothing else.
     fn default() -> Self {
-        Self { keep_windows: false, radius: f64::INFINITY, targets: Vec::new() }
+        Self { keep_windows: false, radius: f64::INFINITY, targets: Vec::new(), joined: Vec::new() }
     }
 }
 
@@ -47,6 +51,7 @@ pub struct Geodesics<'a> {
     pub(crate) bound: f64,
     /// By half-edge; empty when not kept.
     pub(crate) windows: Vec<Vec<Window>>,
+    pub(crate) joints: Joints,
     report: ExactReport,
 }
 
@@ -83,7 +88,7 @@ impl Geodesics<'_> {
 /// shortest path can take.
 ///
 /// # Errors
-/// If there is no source, a source or target is not on the mesh, or the observer cancels.
+/// If there is no source, a source, target or joined vertex is not on the mesh, or the observer cancels.
 pub fn exact_distances<'a>(
     mesh: &'a IntrinsicMesh,
     sources: &[SurfacePoint],
@@ -98,7 +103,8 @@ pub fn exact_distances<'a>(
     };
     let sources = places(sources)?;
     let targets = places(&options.targets)?.into_iter().map(|p| p.as_face_point(mesh)).collect();
-    let mut wavefront = Wavefront::new(mesh, options.radius, targets, options.keep_windows);
+    let joints = Joints::new(mesh.vertex_count(), &options.joined)?;
+    let mut wavefront = Wavefront::new(mesh, options.radius, targets, options.keep_windows, &joints);
     for (number, source) in sources.iter().enumerate() {
         match *source {
             Place::Vertex(v) => wavefront.add_vertex_source(v),
@@ -109,5 +115,5 @@ pub fn exact_distances<'a>(
     let Wavefront { mut distances, arrivals, bound, kept, report, .. } = wavefront;
     // Beyond the bound distances are only estimates.
     distances.iter_mut().filter(|d| **d > bound).for_each(|d| *d = f64::INFINITY);
-    Ok(Geodesics { mesh, sources, distances, arrivals, bound, windows: kept, report })
+    Ok(Geodesics { mesh, sources, distances, arrivals, bound, windows: kept, joints, report })
 }

@@ -33,6 +33,7 @@ mod exact;
 mod front;
 #[cfg(feature = "heat")]
 pub mod heat;
+mod joints;
 mod paths;
 mod pending;
 mod propagation;

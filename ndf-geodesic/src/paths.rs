@@ -15,7 +15,7 @@ use ndf_mesh::{Halfedge, ManifoldMesh, SurfacePoint, Vertex};
 
 use crate::error::GeodesicError;
 use crate::exact::Geodesics;
-use crate::pseudo_sources::Root;
+use crate::pseudo_sources::{Arrival, Root};
 use crate::queries::Piece;
 use crate::sources::{Place, above, to_surface_point};
 use crate::unfolding::Layout;
@@ -106,6 +106,8 @@ impl Geodesics<'_> {
                 Root::Vertex(vertex) => vertex,
             };
             push(&mut points, SurfacePoint::Vertex(vertex));
+            let vertex = self.where_reached(vertex);
+            push(&mut points, SurfacePoint::Vertex(vertex));
             if let Some(source) = self.sources.iter().position(|s| *s == Place::Vertex(vertex)) {
                 return Ok(Path { points, length, source });
             }
@@ -113,6 +115,17 @@ impl Geodesics<'_> {
             piece = self.nearest_to_vertex(vertex).piece.ok_or_else(lost)?;
         }
         Err(lost())
+    }
+
+    /// The vertex of the group of this one through which the path comes, or which is a source.
+    fn where_reached(&self, vertex: Vertex) -> Vertex {
+        let is_source = |v: &Vertex| self.sources.contains(&Place::Vertex(*v));
+        let is_reached = |v: &Vertex| self.arrivals[v.index()] != Arrival::NONE || is_source(v);
+        let is_as_near = |v: &Vertex| self.distances[v.index()] == self.distances[vertex.index()];
+        if is_reached(&vertex) {
+            return vertex;
+        }
+        self.joints.others(vertex).filter(is_as_near).find(is_reached).unwrap_or(vertex)
     }
 
     /// Follows a window's line, which begins at the distance `from`, back to its root or to a vertex over which

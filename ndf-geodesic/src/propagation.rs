@@ -11,6 +11,7 @@ use ndf_mesh::{FacePoint, Halfedge, Vertex};
 use crate::envelope::{cut_by_left_rival, cut_by_right_rival, cut_by_tail, cut_by_tip};
 use crate::error::GeodesicError;
 use crate::front::{Front, Task};
+use crate::joints::Joints;
 use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Emission, FLAT_FACES, Root, cast, emit_windows};
 use crate::sources::{above, bound};
@@ -45,6 +46,7 @@ pub(crate) struct Wavefront<'a> {
     pub(crate) bound: f64,
     /// Points whose distance, once all are known, bounds the rest.
     targets: Vec<FacePoint>,
+    joints: &'a Joints,
     /// Windows that entered a face, by the half-edge they entered through; empty when they are not kept.
     pub(crate) kept: Vec<Vec<Window>>,
     pub(crate) report: ExactReport,
@@ -59,6 +61,7 @@ impl<'a> Wavefront<'a> {
         bound: f64,
         targets: Vec<FacePoint>,
         keep_windows: bool,
+        joints: &'a Joints,
     ) -> Self {
         let vertices = mesh.vertex_count();
         Self {
@@ -70,6 +73,7 @@ impl<'a> Wavefront<'a> {
             pending: Pending::new(mesh.halfedge_count()),
             bound,
             targets,
+            joints,
             kept: if keep_windows { vec![Vec::new(); mesh.halfedge_count()] } else { Vec::new() },
             report: ExactReport::default(),
             left: Vec::new(),
@@ -148,6 +152,10 @@ impl<'a> Wavefront<'a> {
         let mesh = self.mesh;
         if !self.targets.is_empty() {
             self.tighten_bound();
+        }
+        let joints = self.joints;
+        for other in joints.others(vertex) {
+            self.improve(other, distance, Arrival::NONE);
         }
         for h in mesh.outgoing(vertex) {
             let length = self.shapes.length(h);

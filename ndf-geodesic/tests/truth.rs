@@ -432,3 +432,47 @@ fn graphs_bound_from_above_and_come_near() {
         }
     }
 }
+
+/// Where vertices are joined, a distance is that to the joint and from there.
+#[test]
+fn paths_pass_joined_vertices() {
+    let (mut positions, mut faces) = shapes::grid(6, 5).into_parts();
+    let (more, their) = bumpy(2).into_triangle_mesh().into_parts();
+    let first = positions.len() as u32;
+    positions.extend(more.iter().map(|p| *p + 4.0 * DVec3::X));
+    faces.extend(their.into_iter().map(|face| face.map(|v| v + first)));
+    let mesh = manifold(TriangleMesh::new(positions, faces).unwrap());
+    let intrinsic = IntrinsicMesh::from_mesh(&mesh);
+    let (source, here, there) = (Vertex(3), Vertex(20), Vertex(first + 7));
+    let from =
+        |v| exact_distances(&intrinsic, &[SurfacePoint::Vertex(v)], &ExactOptions::default(), &NoProgress);
+    let (from_source, from_joint) = (from(source).unwrap(), from(there).unwrap());
+    assert!(from_source.unreached() > 0);
+    let options = ExactOptions { joined: vec![vec![here, there]], ..ExactOptions::with_windows() };
+    let all = exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &options, &NoProgress).unwrap();
+    let to_joint = from_source.distances()[here.index()];
+    for v in 0..mesh.vertex_count() {
+        let expected = if v < first as usize {
+            from_source.distances()[v]
+        } else {
+            to_joint + from_joint.distances()[v]
+        };
+        assert!((all.distances()[v] - expected).abs() < 1e-12, "{v}");
+        let path = all.path_to(SurfacePoint::Vertex(Vertex::new(v))).unwrap();
+        assert_eq!(path.source, 0);
+        let positions = path.positions(&mesh);
+        let jump = if v < first as usize {
+            0.0
+        } else {
+            positions_of(&mesh, here).distance(positions_of(&mesh, there))
+        };
+        let walked: f64 = positions.windows(2).map(|w| w[0].distance(w[1])).sum();
+        assert!((walked - jump - path.length).abs() < 1e-9, "{v}: {walked} {} {}", jump, path.length);
+    }
+    let missing = ExactOptions { joined: vec![vec![here, Vertex(1_000_000)]], ..ExactOptions::default() };
+    assert!(exact_distances(&intrinsic, &[SurfacePoint::Vertex(source)], &missing, &NoProgress).is_err());
+}
+
+fn positions_of(mesh: &ManifoldMesh, vertex: Vertex) -> DVec3 {
+    mesh.positions()[vertex.index()]
+}

@@ -1,7 +1,7 @@
 //! Meshes made by formula: fixtures of the tests and the built-in shapes of the program.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use ndf_core::DVec3;
 
@@ -157,6 +157,28 @@ pub fn grid(nx: u32, ny: u32) -> TriangleMesh {
     TriangleMesh::from_parts(positions, faces)
 }
 
+/// A Möbius strip of `2 · along · across` triangles around the z-axis, of radius 1 and width 0.6: it has one side and cannot
+/// be oriented. Both counts must be positive, and `along` at least 3.
+pub fn moebius_strip(along: u32, across: u32) -> TriangleMesh {
+    let place = |i: u32, j: u32| {
+        let (around, twist) = (TAU * f64::from(i) / f64::from(along), PI * f64::from(i) / f64::from(along));
+        let offset = 0.6 * (f64::from(j) / f64::from(across) - 0.5);
+        let radius = 1.0 + offset * twist.cos();
+        DVec3::new(radius * around.cos(), radius * around.sin(), offset * twist.sin())
+    };
+    let positions = (0..along).flat_map(|i| (0..=across).map(move |j| place(i, j))).collect();
+    // Once around, the strip meets itself upside down.
+    let at = |i: u32, j: u32| if i < along { i * (across + 1) + j } else { across - j };
+    let faces = (0..along)
+        .flat_map(|i| (0..across).map(move |j| (i, j)))
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    TriangleMesh::from_parts(positions, faces)
+}
+
 /// A grid of `nu` × `nv` quads, closed in both directions; `position` takes parameters in `[0, 1)²`.
 fn wrapped_grid(nu: u32, nv: u32, position: impl Fn(f64, f64) -> DVec3) -> TriangleMesh {
     let mut positions = Vec::with_capacity((nu * nv) as usize);
@@ -180,7 +202,6 @@ fn wrapped_grid(nu: u32, nv: u32, position: impl Fn(f64, f64) -> DVec3) -> Trian
 mod tests {
     use super::*;
     use crate::ManifoldMesh;
-    use std::f64::consts::PI;
 
     #[test]
     fn closed_shapes_are_oriented_outward() {

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use ndf_core::{Progress, Surface};
-use ndf_mesh::ManifoldMesh;
-use ndf_mesh::repair;
+use ndf_mesh::repair::{Components, Parts, without_unreferenced_vertices};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
 
 use crate::decimation::{DecimationOptions, decimate};
 use crate::marching_cubes::{IsosurfaceError, MarchingCubesOptions, marching_cubes};
@@ -15,6 +15,9 @@ use crate::triangle_shape::smallest_angles;
 /// Points of the fine mesh, for each face of the base mesh, that the final pass keeps it close to.
 const POINTS_PER_FACE: usize = 6;
 
+/// The share of the area of an isosurface below which a component of it floats about and is left out.
+pub const MIN_PART: f64 = 0.01;
+
 /// What the base mesh should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseMeshOptions {
@@ -22,6 +25,11 @@ pub struct BaseMeshOptions {
     pub faces: usize,
     /// How to sample the field of the surface, where the base mesh comes from a field.
     pub marching_cubes: MarchingCubesOptions,
+    /// Which components of an isosurface are kept.
+    pub parts: Parts,
+    /// Whether closed components that point inward are kept: walls of cavities. Of a density that is high on a surface only, they
+    /// are the inner side of that surface once more.
+    pub cavities: bool,
     /// How to improve the decimated mesh.
     pub final_pass: FinalPassOptions,
 }
@@ -31,6 +39,8 @@ impl Default for BaseMeshOptions {
         Self {
             faces: 4000,
             marching_cubes: MarchingCubesOptions::default(),
+            parts: Parts::Above(MIN_PART),
+            cavities: true,
             final_pass: FinalPassOptions::default(),
         }
     }
@@ -52,19 +62,21 @@ pub struct BaseMeshReport {
     pub faces: usize,
     /// Number of its vertices.
     pub vertices: usize,
-    /// V − E + F: that of the largest component of the isosurface, or of the input mesh.
+    /// V − E + F: that of the components of the isosurface that are kept, or of the input mesh.
     pub euler_characteristic: i64,
     /// Number of edges with one face.
     pub boundary_edges: usize,
-    /// Number of faces of the isosurface's largest component, or of the input mesh.
+    /// Number of faces of these components, or of the input mesh.
     pub faces_before: usize,
     /// False if decimation had to end above the number of faces asked for. True also if there were fewer from
     /// the start; then all are kept.
     pub reached: bool,
     /// Components of the isosurface that were left out.
     pub components_dropped: usize,
-    /// Their share of its area, from 0 to 1.
+    /// Their share of its area, from 0 to 1, walls of cavities that were left out apart.
     pub area_dropped: f64,
+    /// Walls of cavities that were left out.
+    pub cavities_dropped: usize,
     /// Cells of the grid along each axis; `None` where there was none.
     pub grid: Option<[u32; 3]>,
     /// Number of points the field was evaluated at.
@@ -82,7 +94,7 @@ pub struct BaseMeshReport {
 /// Wall-clock seconds of each stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageSeconds {
-    /// Isosurface and choice of the largest component.
+    /// Isosurface and choice of its components.
     pub isosurface: f64,
     /// Decimation.
     pub decimation: f64,
@@ -104,10 +116,10 @@ pub enum BaseMeshError {
     Cancelled,
 }
 
-/// The base mesh of a surface with a scalar field: the isosurface by marching cubes, its largest component by
-/// area, decimated, and improved against the surface.
+/// The base mesh of a surface with a scalar field: the isosurface by marching cubes, those of its components that are
+/// wanted, decimated, and improved against the surface.
 ///
-/// It has the Euler characteristic of that component, the number of faces asked for unless the report says
+/// It has the Euler characteristic of these components, the number of faces asked for unless the report says
 /// otherwise, and no face without area. Deterministic.
 ///
 /// # Errors
@@ -123,19 +135,49 @@ pub fn base_mesh(
         IsosurfaceError::Cancelled => BaseMeshError::Cancelled,
         other => BaseMeshError::Isosurface(other),
     })?;
-    let all = found.mesh.into_triangle_mesh();
-    let (largest, components) = repair::largest_component(&all);
-    let area_dropped = if components > 1 { 1.0 - largest.area() / all.area() } else { 0.0 };
-    let largest = ManifoldMesh::try_from(largest).expect("a component of a manifold is a manifold");
+    let (outer, cavities_dropped) = match options.cavities {
+        true => (found.mesh, 0),
+        false => without_cavities(found.mesh),
+    };
+    let kept = Components::of(&outer).kept(options.parts);
+    let parts = with_faces(&outer, &kept.faces);
     let isosurface = begin.elapsed().as_secs_f64();
-    let mut base = coarsen(&largest, Some(surface), options, progress)?;
+    let mut base = coarsen(&parts, Some(surface), options, progress)?;
     let report = &mut base.report;
-    report.components_dropped = components - 1;
-    report.area_dropped = area_dropped;
+    report.components_dropped = kept.left_out;
+    report.area_dropped = kept.area_left_out;
+    report.cavities_dropped = cavities_dropped;
     report.grid = Some(found.cells);
     report.evaluations = found.evaluations;
     report.seconds.isosurface = isosurface;
     Ok(base)
+}
+
+/// Some of the components of a manifold.
+fn with_faces(mesh: &TriangleMesh, kept: &[bool]) -> ManifoldMesh {
+    let faces = mesh.faces().iter().zip(kept).filter_map(|(face, kept)| kept.then_some(*face)).collect();
+    let parts =
+        TriangleMesh::new(mesh.positions().to_vec(), faces).expect("faces of a mesh have their vertices");
+    ManifoldMesh::try_from(without_unreferenced_vertices(&parts).0)
+        .expect("components of a manifold are a manifold")
+}
+
+/// A manifold without its closed components of negative volume, and how many these were.
+fn without_cavities(mesh: ManifoldMesh) -> (ManifoldMesh, usize) {
+    let components = Components::of(&mesh);
+    let (mut volumes, center) = (vec![0.0; components.len()], mesh.bounds().center());
+    for (face, &component) in mesh.face_indices().zip(&components.of_face) {
+        let [a, b, c] = mesh.corner_positions(face).map(|p| p - center);
+        volumes[component as usize] += a.dot(b.cross(c));
+    }
+    let topology = mesh.topology();
+    for h in topology.halfedges().filter(|&h| topology.twin(h).is_none()) {
+        volumes[components.of_face[h.face().index()] as usize] = f64::INFINITY;
+    }
+    let kept: Vec<bool> = components.of_face.iter().map(|&c| volumes[c as usize] >= 0.0).collect();
+    let dropped = volumes.iter().filter(|volume| **volume < 0.0).count();
+    // Where the inside is without bounds, all point inward.
+    if dropped == 0 || dropped == volumes.len() { (mesh, 0) } else { (with_faces(&mesh, &kept), dropped) }
 }
 
 /// The base mesh of a clean mesh: decimated with all its components, and improved against `surface`, or against
@@ -182,6 +224,7 @@ fn coarsen(
         reached: decimated.reached,
         components_dropped: 0,
         area_dropped: 0.0,
+        cavities_dropped: 0,
         grid: None,
         evaluations: 0,
         flips: improved.flips,
@@ -262,11 +305,58 @@ mod tests {
     }
 
     #[test]
-    fn smaller_components_are_dropped_and_reported() {
+    fn components_are_kept_or_dropped_and_reported() {
         let base = base_mesh(&Two, &options(400, 50), &NoProgress).unwrap();
+        assert_eq!((base.report.components_dropped, base.report.area_dropped), (0, 0.0));
+        assert_eq!((base.report.euler_characteristic, base.report.faces), (4, 400));
+        let largest = BaseMeshOptions { parts: Parts::Largest, ..options(400, 50) };
+        let base = base_mesh(&Two, &largest, &NoProgress).unwrap();
         assert_eq!(base.report.components_dropped, 1);
         assert!((base.report.area_dropped - 0.2).abs() < 0.01, "{}", base.report.area_dropped);
         assert_eq!(base.report.euler_characteristic, 2);
+    }
+
+    /// A density of 1 at the unit sphere, which is less away from it.
+    struct Shell;
+
+    impl Surface for Shell {
+        fn bounds(&self) -> BoundingBox {
+            BoundingBox { min: DVec3::splat(-1.3), max: DVec3::splat(1.3) }
+        }
+        fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+            Sphere { radius: 1.2, ..Sphere::UNIT }.project(queries, feet);
+        }
+        fn as_field(&self) -> Option<&dyn ImplicitField> {
+            Some(self)
+        }
+    }
+
+    impl ImplicitField for Shell {
+        fn values(&self, points: &[DVec3], values: &mut [f64]) {
+            for (p, v) in points.iter().zip(values) {
+                *v = 1.0 - (p.length() - 1.0).abs();
+            }
+        }
+        fn bounds(&self) -> BoundingBox {
+            Surface::bounds(self)
+        }
+        fn level(&self) -> f64 {
+            0.8
+        }
+        fn inside(&self) -> Inside {
+            Inside::Above
+        }
+    }
+
+    #[test]
+    fn walls_of_cavities_stay_unless_a_density_has_them() {
+        let both = base_mesh(&Shell, &options(600, 40), &NoProgress).unwrap();
+        assert_eq!((both.report.euler_characteristic, both.report.cavities_dropped), (4, 0));
+        let outer = BaseMeshOptions { cavities: false, ..options(600, 40) };
+        let outer = base_mesh(&Shell, &outer, &NoProgress).unwrap();
+        assert_eq!((outer.report.euler_characteristic, outer.report.cavities_dropped), (2, 1));
+        assert_eq!((outer.report.components_dropped, outer.report.area_dropped), (0, 0.0));
+        assert!(outer.mesh.positions().iter().all(|p| p.length() > 1.1));
     }
 
     #[test]

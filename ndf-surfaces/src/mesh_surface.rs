@@ -25,7 +25,7 @@ pub struct MeshSurface {
     tree: TriangleTree,
     normals: Pseudonormals,
     winding: WindingNumber,
-    has_inside: bool,
+    parting_share: f64,
     guide_reach: f64,
     area: f64,
 }
@@ -72,8 +72,8 @@ impl MeshSurface {
         let guide_reach = GUIDE_REACH * tree.bounds().diagonal();
         let winding = WindingNumber::new(mesh);
         let area = mesh.area();
-        let mut surface = Self { tree, normals, winding, has_inside: false, guide_reach, area };
-        surface.has_inside = surface.parts_sides(mesh);
+        let mut surface = Self { tree, normals, winding, parting_share: 0.0, guide_reach, area };
+        surface.parting_share = surface.share_of_parting(mesh);
         Ok(surface)
     }
 
@@ -89,26 +89,53 @@ impl MeshSurface {
         self.tree.bounds()
     }
 
-    /// Signed distance of `p` to the mesh, negative inside, and the closest point; `None` if `p` is not finite.
-    /// Meaningful where the mesh [has a field](Surface::as_field).
+    /// The share of a sample of the faces that part inside from outside: 1 for the boundary of a solid, less where pieces of
+    /// the mesh are inside of others or bound nothing.
+    pub fn parting_share(&self) -> f64 {
+        self.parting_share
+    }
+
+    /// Signed distance of `p` to the mesh, negative inside, and the closest point; `None` if `p` is not finite. Where both
+    /// sides of the mesh are inside, as at an inner wall, it is never 0. Meaningful where the mesh
+    /// [has a field](Surface::as_field).
     pub fn signed_distance(&self, p: DVec3, hint: Hint) -> Option<(f64, ClosestPoint)> {
         let closest = self.tree.closest_point(p, hint)?;
         let distance = closest.distance_squared.sqrt();
-        Some((if self.winding.at(p) > HALF { -distance } else { distance }, closest))
+        let signed = if distance <= self.offset() {
+            match self.sides(closest.point, self.normals.of_face(closest.at.face)) {
+                [true, true] => -distance.max(self.tolerance()),
+                [false, false] => distance.max(self.tolerance()),
+                _ if self.winding.at(p) > HALF => -distance,
+                _ => distance,
+            }
+        } else if self.winding.at(p) > HALF {
+            -distance
+        } else {
+            distance
+        };
+        Some((signed, closest))
     }
 
-    /// Whether at least half of some faces, evenly picked, have the inside behind and the outside before them.
-    fn parts_sides(&self, mesh: &TriangleMesh) -> bool {
-        let offset = 1e-6 * self.tree.bounds().diagonal();
+    /// How far from a face its sides are asked for.
+    fn offset(&self) -> f64 {
+        1e-6 * self.tree.bounds().diagonal()
+    }
+
+    /// Whether it is inside behind and before a point of a face with this normal.
+    fn sides(&self, point: DVec3, normal: DVec3) -> [bool; 2] {
+        [-1.0, 1.0].map(|side| self.winding.at(point + side * self.offset() * normal) > HALF)
+    }
+
+    /// The share of some faces, evenly picked, that have the inside behind and the outside before them.
+    fn share_of_parting(&self, mesh: &TriangleMesh) -> f64 {
         let usable: Vec<Face> =
             mesh.face_indices().filter(|&f| self.normals.of_face(f) != DVec3::ZERO).collect();
         let picked = || usable.iter().step_by(usable.len().div_ceil(SIDE_SAMPLES).max(1));
         let parts = |&&f: &&Face| {
             let [a, b, c] = mesh.corner_positions(f);
-            let (center, n) = ((a + b + c) / 3.0, offset * self.normals.of_face(f));
-            self.winding.at(center - n) > HALF && self.winding.at(center + n) < HALF
+            self.sides((a + b + c) / 3.0, self.normals.of_face(f)) == [true, false]
         };
-        !usable.is_empty() && 2 * picked().filter(parts).count() >= picked().count()
+        if usable.is_empty() { 0.0 } else { picked().filter(parts).count() as f64 / picked().count() as f64 }
     }
 
     /// The foot of a query whose closest point is known.
@@ -166,7 +193,7 @@ impl Surface for MeshSurface {
     }
 
     fn as_field(&self) -> Option<&dyn ImplicitField> {
-        self.has_inside.then_some(self)
+        (self.parting_share >= 0.5).then_some(self)
     }
 }
 
@@ -289,6 +316,21 @@ mod tests {
         assert!(holed.as_field().is_some());
         let signs = values(&holed, &[DVec3::ZERO, DVec3::splat(0.8), DVec3::new(0.0, -0.9, 0.0)]);
         assert!(signs[0] < 0.0 && signs[1] > 0.0 && signs[2] < 0.0);
+    }
+
+    #[test]
+    fn inner_walls_are_inside() {
+        // A box of two rooms.
+        let (mut positions, mut faces) = shapes::cube(1).into_parts();
+        let first = positions.len() as u32;
+        positions
+            .extend([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(y, z)| DVec3::new(0.0, y, z)));
+        faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        let rooms = surface(TriangleMesh::new(positions, faces).unwrap());
+        let on_wall = [DVec3::ZERO, DVec3::new(0.0, 0.3, -0.7), DVec3::new(1e-8, 0.5, 0.5)];
+        assert!(values(&rooms, &on_wall).iter().all(|&d| d < 0.0 && d > -1e-7));
+        assert_eq!(values(&rooms, &[DVec3::new(0.5, 0.25, 0.0)]), [-0.5]);
+        assert!((rooms.parting_share() - 12.0 / 14.0).abs() < 1e-12);
     }
 
     #[test]

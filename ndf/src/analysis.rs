@@ -6,7 +6,7 @@ use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleTree};
 use ndf_spectral::Modes;
 
 /// Points this near to a vertex or edge, in barycentric coordinates, are taken to be on it.
-const SNAP: f64 = 1e-9;
+pub(crate) const SNAP: f64 = 1e-9;
 
 /// The surface's point closest to a position, on a vertex or an edge if it is next to it; `None` if the surface has no
 /// faces, or the position is not finite. O(log n).

@@ -1,8 +1,13 @@
 //! Base meshes of opened surfaces.
 
-use ndf_core::Progress;
+use ndf_core::{DVec3, Hint, ImplicitField, Progress, Surface};
+use ndf_mesh::repair::{Parts, without_unusable_faces};
+use ndf_mesh::sampling::AreaSampler;
+use ndf_mesh::{FacePoint, ManifoldMesh, TriangleMesh, TriangleTree};
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
 
+use crate::kind::Kind;
+use crate::left_out::{LeftOut, check_left_out};
 use crate::note::{NotDecimated, Note};
 use crate::opened::{BaseSource, Opened};
 
@@ -16,6 +21,9 @@ pub enum NoBaseMesh {
         /// Why it cannot be decimated.
         reason: NotDecimated,
     },
+    /// Too much of the surface would be left out.
+    #[error(transparent)]
+    LeftOut(#[from] LeftOut),
     /// The base mesh could not be made.
     #[error(transparent)]
     Making(#[from] BaseMeshError),
@@ -26,14 +34,19 @@ impl Opened {
     /// what was left out.
     ///
     /// # Errors
-    /// If the surface has neither, or the observer asks to stop.
+    /// If the surface has neither, more than a twentieth of its area is in parts of less than a hundredth, or the observer asks
+    /// to stop.
     pub fn base_mesh(
         &self,
         options: &BaseMeshOptions,
         progress: &dyn Progress,
     ) -> Result<(BaseMesh, Vec<Note>), NoBaseMesh> {
         let mut notes = Vec::new();
-        let made = match &self.base {
+        let parts = if self.parts == Parts::Largest { self.parts } else { options.parts };
+        // Densities are high on surfaces, and low inside.
+        let is_density = matches!(self.kind, Kind::Nerf | Kind::Splats);
+        let options = &BaseMeshOptions { parts, cavities: options.cavities && !is_density, ..*options };
+        let mut made = match &self.base {
             BaseSource::Manifold(mesh) => {
                 base_mesh_of_manifold(mesh, Some(&*self.surface), options, progress)?
             }
@@ -52,7 +65,17 @@ impl Opened {
                 }
             }
         };
-        let report = &made.report;
+        let (lost, walls) = match (&self.mesh, self.field_surface().and_then(Surface::as_field)) {
+            (Some(mesh), Some(field)) if made.report.grid.is_some() => uncovered(mesh, &made.mesh, field),
+            _ => (self.area_left_out, 0.0),
+        };
+        notes.extend((walls > NOTABLE_WALLS).then_some(Note::WallsInside { share: walls }));
+        let report = &mut made.report;
+        report.area_dropped = report.area_dropped.max(lost);
+        check_left_out(report.area_dropped, parts)?;
+        if report.cavities_dropped > 0 {
+            notes.push(Note::InnerWallsLeftOut { walls: report.cavities_dropped });
+        }
         if report.components_dropped > 0 {
             notes.push(Note::PartsLeftOut { parts: report.components_dropped, area: report.area_dropped });
         }
@@ -63,4 +86,35 @@ impl Opened {
         }
         Ok((made, notes))
     }
+}
+
+/// The share of the area of a mesh from which walls inside are worth a note.
+const NOTABLE_WALLS: f64 = 0.01;
+
+/// The shares of the area of a mesh that are farther than a twentieth of its diagonal from a base mesh made of its field: what the
+/// base mesh lost, and walls inside, which are no boundary of the solid.
+fn uncovered(mesh: &TriangleMesh, by: &ManifoldMesh, field: &dyn ImplicitField) -> (f64, f64) {
+    const SAMPLES: usize = 20_000;
+    let mesh = &without_unusable_faces(mesh);
+    let Some(sampler) = AreaSampler::new(mesh) else { return (0.0, 0.0) };
+    let diagonal = mesh.bounds().diagonal();
+    let (reach, aside) = (0.05 * diagonal, 1e-4 * diagonal);
+    let tree = TriangleTree::new(by);
+    let is_far = |sample: &FacePoint| {
+        let place = sample.position(mesh);
+        tree.closest_point_within(place, reach * reach, Hint::NONE, |_| true).is_none()
+    };
+    let mut far = sampler.sample(SAMPLES, 0, 0);
+    far.retain(is_far);
+    let sides = |sample: &FacePoint| {
+        let offset = aside * mesh.face_normal(sample.face);
+        [-1.0, 1.0].map(|side| sample.position(mesh) + side * offset)
+    };
+    let points: Vec<DVec3> = far.iter().flat_map(sides).collect();
+    let mut values = vec![0.0; points.len()];
+    field.values(&points, &mut values);
+    let is_inside = |value: &f64| *value < field.level();
+    let walls = values.chunks_exact(2).filter(|sides| sides.iter().all(is_inside)).count();
+    let share = |count: usize| count as f64 / SAMPLES as f64;
+    (share(far.len() - walls), share(walls))
 }

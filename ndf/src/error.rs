@@ -55,7 +55,7 @@ pub enum Error {
 
 impl Error {
     /// All codes, each with what it says.
-    pub const CODES: [(&str, &str); 42] = [
+    pub const CODES: [(&str, &str); 44] = [
         // Files.
         ("io", "the system cannot read or write the file"),
         ("unrecognised", "the content is of no known format, or not of the one asked for"),
@@ -74,9 +74,11 @@ impl Error {
         ("unsupported", "a variant of the format that is not read"),
         ("undecodable", "a decoder refuses the data"),
         ("not_manifold", "the triangles are no oriented manifold"),
+        ("left_out", "too much of the area would be left out"),
         ("unwritable_name", "a file or property cannot have this name"),
         // Surfaces.
         ("is_model", "the file is a model, where a surface or a mesh is needed"),
+        ("no_mesh", "the file is a surface of another kind, where a mesh is needed"),
         ("no_faces", "the mesh has no faces"),
         ("no_area", "nothing of the mesh has an area"),
         ("too_few_points", "the cloud has too few usable points"),
@@ -115,6 +117,7 @@ impl Error {
                 NoTriangulation::Model(error) => model(&error.source),
                 NoTriangulation::NoEdgeLength { .. } => "no_edge_length",
                 NoTriangulation::Extraction { source, .. } => extraction(source),
+                NoTriangulation::LeftOut { .. } => "left_out",
             },
             Self::BaseMesh(error) => no_base_mesh(error),
             Self::Fit(error) => match error {
@@ -135,7 +138,10 @@ impl Error {
             Self::Extraction(error) => extraction(error),
             Self::Distances(error) => match error {
                 DistanceError::NotManifold(_) => "not_manifold",
-                DistanceError::NoVertex { .. } | DistanceError::NoPoint(_) => "no_such_point",
+                DistanceError::NoVertex { .. }
+                | DistanceError::Unused { .. }
+                | DistanceError::NoFace(_)
+                | DistanceError::NoPoint(_) => "no_such_point",
                 DistanceError::Geodesic(error) => geodesic(error),
             },
             Self::Modes(error) => spectral(error),
@@ -180,6 +186,8 @@ fn open(error: &OpenError) -> &'static str {
         OpenError::MeshFile(error) => mesh_file(error),
         OpenError::NoFaces { .. } => "no_faces",
         OpenError::TooFar { .. } => "too_large",
+        OpenError::OneSided { .. } => "not_manifold",
+        OpenError::LeftOut { .. } => "left_out",
         OpenError::NoArea { .. } | OpenError::EmptyMesh { .. } => "no_area",
         OpenError::CloudFile(error) => match error {
             point_cloud::ReadError::Io { .. } => "io",
@@ -238,6 +246,7 @@ fn no_mesh(error: &NoMesh) -> &'static str {
     match error {
         NoMesh::Read(error) => mesh_file(error),
         NoMesh::Model { .. } => "is_model",
+        NoMesh::Other { .. } => "no_mesh",
         NoMesh::NoFaces { .. } => "no_faces",
     }
 }
@@ -256,6 +265,7 @@ fn model(error: &ModelError) -> &'static str {
 
 fn no_base_mesh(error: &NoBaseMesh) -> &'static str {
     match error {
+        NoBaseMesh::LeftOut(_) => "left_out",
         NoBaseMesh::NoVolume { .. } | NoBaseMesh::Making(BaseMeshError::NoField) => "no_field",
         NoBaseMesh::Making(BaseMeshError::Isosurface(error)) => isosurface(error),
         NoBaseMesh::Making(BaseMeshError::Cancelled) => "cancelled",

@@ -35,6 +35,7 @@ pub mod figures;
 pub mod files;
 mod fit;
 mod kind;
+pub mod left_out;
 mod model;
 mod note;
 pub mod open;
@@ -56,13 +57,14 @@ pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
 pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
-    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, NoTriangulation, Place, Triangles,
-    Triangulated,
+    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, NoTriangulation, Place,
+    SurfacePath, Triangles, Triangulated,
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_formats::point_cloud::CloudOptions;
-pub use ndf_geodesic::Path;
+pub use ndf_geodesic::GeodesicError;
+pub use ndf_mesh::repair::{Parts, RepairOptions};
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 pub use ndf_model::{LengthFactors, Model};
 pub use ndf_surfaces::networks::{Activation, NetworkOptions};

@@ -8,7 +8,7 @@ use ndf_mesh::repair::RepairNote;
 use ndf_mesh::{NotManifold, ValidationReport};
 use serde::Serialize;
 
-use crate::text::grouped;
+use crate::text::{grouped, readable};
 
 /// Names of classes that a sentence holds.
 const MOST_NAMES: usize = 4;
@@ -96,6 +96,23 @@ pub enum Note {
     },
     /// An edge length was given for a mesh, which is used as it is.
     EdgeLengthUnused,
+    /// A place is away from the surface, whose closest point is taken for it.
+    PlaceOff {
+        /// The place.
+        place: [f64; 3],
+        /// How far.
+        distance: f64,
+    },
+    /// Some of the mesh is inside of the solid that it bounds, and not learned.
+    WallsInside {
+        /// The share of the area that is.
+        share: f64,
+    },
+    /// The inner sides of a density that is high on a surface were left out of the base mesh.
+    InnerWallsLeftOut {
+        /// How many.
+        walls: usize,
+    },
     /// Smaller components of the isosurface were left out of the base mesh.
     PartsLeftOut {
         /// How many.
@@ -253,6 +270,26 @@ impl fmt::Display for Note {
             Self::EdgeLengthUnused => {
                 f.write_str("it is a mesh, used as it is; the edge length is for models")
             }
+            Self::PlaceOff { place, distance } => write!(
+                f,
+                "({}, {}, {}) is {} away from the surface; the closest point of the surface is taken",
+                place[0],
+                place[1],
+                place[2],
+                readable(*distance)
+            ),
+            Self::WallsInside { share } => write!(
+                f,
+                "{:.1} % of its area is inside of the solid that it bounds, and not learned",
+                100.0 * share
+            ),
+            Self::InnerWallsLeftOut { walls } => {
+                let what = if *walls == 1 { "wall" } else { "walls" };
+                write!(f, "{walls} inner {what} of the density left out: the surface is the outer side")
+            }
+            Self::PartsLeftOut { parts: 1, area } => {
+                write!(f, "1 smaller part ({:.1} % of the area) is left out", 100.0 * area)
+            }
             Self::PartsLeftOut { parts, area } => {
                 write!(f, "{parts} smaller parts ({:.1} % of the area) are left out", 100.0 * area)
             }
@@ -302,9 +339,18 @@ impl fmt::Display for Note {
 #[serde(tag = "reason", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum NotDecimated {
-    /// No component has most of the area.
+    /// It is in pieces whose borders lie side by side.
     InPieces {
-        /// The share of the largest.
+        /// How many.
+        pieces: usize,
+        /// The share of the area that the largest has.
+        largest: f64,
+    },
+    /// Some of its pieces are inside of others.
+    Overlapping {
+        /// How many pieces it has.
+        pieces: usize,
+        /// The share of the area that the largest has.
         largest: f64,
     },
     /// It cannot be repaired to be a manifold.
@@ -323,9 +369,16 @@ impl From<NotManifold> for NotDecimated {
 impl fmt::Display for NotDecimated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::InPieces { largest } => {
-                write!(f, "it is in pieces, the largest with {:.0} % of the area", 100.0 * largest)
-            }
+            Self::InPieces { pieces, largest } => write!(
+                f,
+                "it is in {pieces} pieces with borders side by side, the largest with {:.0} % of the area",
+                100.0 * largest
+            ),
+            Self::Overlapping { pieces, largest } => write!(
+                f,
+                "it is in {pieces} pieces of which some are inside of others, the largest with {:.0} % of the area",
+                100.0 * largest
+            ),
             Self::NotManifold { report } => NotManifold(report.clone()).fmt(f),
         }
     }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use ndf_core::{Progress, Surface};
+use ndf_mesh::repair::Parts;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_meshing::{IsosurfaceError, MarchingCubesOptions, marching_cubes};
 use ndf_surfaces::LevelSearch;
@@ -30,6 +31,10 @@ pub struct Opened {
     pub cached: Option<LevelSearch>,
     /// What was left out, changed or is doubtful.
     pub notes: Vec<Note>,
+    /// The share of the area of the mesh it is that was left out, from 0 to 1.
+    pub area_left_out: f64,
+    /// Which components of isosurfaces are kept for base meshes.
+    pub parts: Parts,
 }
 
 /// Where the base mesh of a surface comes from.
@@ -115,6 +120,8 @@ impl Opened {
             level: None,
             cached: None,
             notes: Vec::new(),
+            area_left_out: 0.0,
+            parts: Parts::All,
         }
     }
 

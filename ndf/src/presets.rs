@@ -18,9 +18,17 @@ pub const CONSISTENT: f64 = 0.8;
 /// The same, below which normals that were found are doubted.
 pub const DOUBTFUL: f64 = 0.9;
 
-/// The share of the area that one component of a mesh must have to stand for all of it. Where none has, the mesh means the
-/// union of its pieces.
-pub const LARGEST_COMPONENT: f64 = 0.5;
+/// The share of the area of a mesh below which a component of it is left out. That of an isosurface is
+/// [`ndf_meshing::MIN_PART`].
+pub const MIN_PART: f64 = 0.001;
+
+/// The share of the faces of a mesh of several components that must part inside from outside. Where fewer do, components are
+/// inside of others, and the mesh means the union of its pieces.
+pub const APART: f64 = 0.95;
+
+/// Borders nearer than this share of the diagonal to another component are next to it. Where most are, the mesh means the solid
+/// of its pieces.
+pub const SIDE_BY_SIDE: f64 = 0.005;
 
 /// The share of the learned surface from which being turned against the input is worth a note.
 pub const NOTABLY_FLIPPED: f64 = 0.01;

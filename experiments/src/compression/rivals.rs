@@ -5,7 +5,7 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use ndf::{ModelExt, Opened, Triangulated};
+use ndf::{ModelExt, Opened, RepairOptions, Triangulated};
 use ndf_core::{DVec3, NoProgress};
 use ndf_mesh::subdivision::Creases;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
@@ -164,7 +164,8 @@ pub(super) fn measure(
                 Coder::Ndf => as_model(&mesh, job.bits)?,
             };
             // What is compared is what comes out of the compressor. Decimated meshes may touch themselves.
-            let decoded = Triangulated::from_mesh(decoded);
+            let decoded =
+                Triangulated::from_mesh(decoded, &RepairOptions::default()).map_err(|e| e.to_string())?;
             let row = decoded.manifold().map_err(ToString::to_string).and_then(|decoded| {
                 let errors = reference.errors(decoded, reference.factors(decoded))?;
                 Ok(row(name, *job, decoded.face_count(), bytes, &errors))

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use ndf_mesh::io::read_mesh;
-use ndf_mesh::{ManifoldMesh, TriangleMesh, repair, shapes};
+use ndf_mesh::repair::{self, RepairOptions};
+use ndf_mesh::{ManifoldMesh, TriangleMesh, shapes};
 
 /// A mesh by name: a file of the data folder or `rope-ALONGxAROUND`, and how often it is refined, as in
 /// `skull_100k.obj+2`.
@@ -64,7 +65,7 @@ impl MeshName {
         }
         match ManifoldMesh::try_from(mesh.clone()) {
             Ok(mesh) => Ok(mesh),
-            Err(_) => Ok(repair::repaired(&mesh).map_err(|e| say(&e))?.mesh),
+            Err(_) => Ok(repair::repaired(&mesh, &RepairOptions::LARGEST).map_err(|e| say(&e))?.mesh),
         }
     }
 }

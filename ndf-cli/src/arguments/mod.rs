@@ -2,12 +2,14 @@
 
 mod edge_length;
 mod numbers;
+mod parts;
 mod reading;
 mod training;
 mod triangulation;
 
 pub use edge_length::EdgeLength;
 pub use numbers::{bits, length, seconds, share};
+pub use parts::PartArguments;
 pub use reading::Reading;
 pub use training::{PresetName, Training};
 pub use triangulation::TriangulationArguments;

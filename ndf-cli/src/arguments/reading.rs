@@ -66,7 +66,7 @@ impl Reading {
             bounds: self.bounds,
         };
         let cloud = CloudOptions { columns: self.columns.clone(), keep_flagged: self.keep_flagged };
-        Ok(OpenOptions { kind: self.kind, level: self.iso, network, cloud })
+        Ok(OpenOptions { kind: self.kind, level: self.iso, network, cloud, ..OpenOptions::default() })
     }
 }
 

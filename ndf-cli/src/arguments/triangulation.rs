@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::edge_length;
+use ndf::{Parts, RepairOptions};
+
 use super::numbers::length;
+use super::{PartArguments, edge_length};
 
 /// Where the triangulation comes from.
 #[derive(Args, Clone, Debug)]
@@ -22,9 +24,16 @@ pub struct TriangulationArguments {
     /// carries.
     #[arg(long)]
     pub no_metric: bool,
+    #[command(flatten)]
+    parts: PartArguments,
 }
 
 impl TriangulationArguments {
+    /// What of a mesh is used: all of it unless less is asked for.
+    pub fn repair(&self) -> RepairOptions {
+        self.parts.options(Parts::All)
+    }
+
     /// The edge length, where one is given.
     pub fn edge_length(&self) -> Option<ndf::EdgeLength> {
         edge_length::of(self.edge_length, self.relative_edge_length)

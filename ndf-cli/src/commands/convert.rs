@@ -67,7 +67,8 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         Model::from_bytes(&content).map_err(|e| cannot_read(&e))?
     } else {
         Model::from_safetensors(&content).map_err(|e| match e {
-            TensorsError::File(_) => Failure::new(format!("{input} is no model, nor exported from one")),
+            TensorsError::File(_) => Failure::new(format!("{input} is no model, nor exported from one"))
+                .try_instead("`ndf fit` makes models"),
             e => cannot_read(&e),
         })?
     };

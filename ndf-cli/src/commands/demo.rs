@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf::analysis::mode_scalars;
 use ndf::{
     DistanceOptions, EdgeLength, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place, TriangleMesh,
     Triangulated,
@@ -18,7 +17,7 @@ use serde_json::json;
 
 use super::fit::{learned, rounds};
 use super::sample::Shape;
-use crate::arguments::{Reading, Training};
+use crate::arguments::{PartArguments, Reading, Training};
 use crate::context::Context;
 use crate::files::open;
 use crate::interrupt;
@@ -46,6 +45,8 @@ pub struct Arguments {
     #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
+    parts: PartArguments,
+    #[command(flatten)]
     training: Training,
 }
 
@@ -65,7 +66,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             path
         }
     };
-    let opened = open(&input, &arguments.reading, context)?;
+    let opened = open(&input, &arguments.parts.opening(&arguments.reading)?, context)?;
     let fit = arguments.training.fit(&opened, context.seed())?;
     let fitted = learned(fit, &input, context)?;
     if interrupt::is_requested() {
@@ -126,7 +127,7 @@ fn geodesics(surface: &Triangulated) -> Result<VertexScalars, Failure> {
 fn eigenmodes(surface: &Triangulated, context: &Context) -> Result<Vec<VertexScalars>, Failure> {
     let count = DEMO_MODES.min(surface.mesh().vertex_count() / 4);
     let options = ModeOptions { count, ..ModeOptions::default() };
-    Ok(mode_scalars(&surface.modes(&options, &context.progress())?))
+    Ok(surface.mode_scalars(&surface.modes(&options, &context.progress())?))
 }
 
 /// How far base mesh and learned surface are from the input.

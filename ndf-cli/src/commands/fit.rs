@@ -9,6 +9,7 @@ use clap::Args;
 use ndf::band::BandFigures;
 use ndf::base::NoBaseMesh;
 use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh, Record};
+use ndf_mesh::ValidationReport;
 use ndf_mesh::io::atomic_write;
 use ndf_meshing::BaseMeshError;
 use ndf_model::levels::LevelsError;
@@ -16,9 +17,9 @@ use ndf_train::levels::LevelFitError;
 use ndf_train::{CheckpointError, LogRecord};
 use serde_json::json;
 
-use crate::arguments::{Reading, Training, seconds};
+use crate::arguments::{PartArguments, Reading, Training, seconds};
 use crate::context::Context;
-use crate::files::{open, read_faces};
+use crate::files::{LARGEST, open, read_faces};
 use crate::interrupt;
 use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
 
@@ -32,6 +33,8 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    parts: PartArguments,
     /// Use this base mesh instead of making one.
     #[arg(long, value_name = "FILE", conflicts_with = "base_faces")]
     base: Option<PathBuf>,
@@ -79,7 +82,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
     let checkpoint = arguments.resume.as_deref().map(read_checkpoint).transpose()?;
     let started = Instant::now();
-    let opened = open(&arguments.input, &arguments.reading, context)?;
+    let opened = open(&arguments.input, &arguments.parts.opening(&arguments.reading)?, context)?;
     let seconds_reading = started.elapsed().as_secs_f64();
     let base = match &checkpoint {
         None => arguments.base.as_deref().map(|path| read_base(path, context)).transpose()?,
@@ -165,6 +168,7 @@ pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, F
             FitError::NoBaseMesh(NoBaseMesh::NoVolume { .. }) => {
                 failure.try_instead("repair the mesh, or bring a base mesh of your own: `ndf fit --base`")
             }
+            FitError::NoBaseMesh(NoBaseMesh::LeftOut(_)) => failure.try_instead(LARGEST),
             FitError::NoBaseMesh(NoBaseMesh::Making(
                 BaseMeshError::NoField | BaseMeshError::Isosurface(_),
             )) => failure.try_instead("bring a base mesh of your own: `ndf fit --base`"),
@@ -363,7 +367,11 @@ fn base_remark(fitted: &Fitted) -> Option<String> {
         edges => format!("open, with {edges} boundary edges"),
     };
     let euler = report.euler_characteristic;
-    Some(format!("largest component of the isosurface, Euler characteristic {euler}, {rim}"))
+    let components = match ValidationReport::of(&fitted.base).components {
+        1 => "1 component".to_owned(),
+        components => format!("{} components", grouped(components)),
+    };
+    Some(format!("{components} of the isosurface, Euler characteristic {euler}, {rim}"))
 }
 
 fn cache_row(BandFigures { report, agreement, diagonal }: &BandFigures) -> String {

@@ -4,9 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use ndf::{DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, ManifoldMesh, Path, Place};
+use ndf::{
+    DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, GeodesicError, Place, SurfacePath,
+    TriangleMesh,
+};
+use ndf_mesh::FacePoint;
 use ndf_mesh::io::{format_to_write, write_mesh};
-use ndf_mesh::{FacePoint, SurfacePoint};
 use serde_json::{Value, json};
 
 use crate::arguments::{TriangulationArguments, length};
@@ -69,10 +72,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     let name = arguments.triangulation.input.display();
     let found = read_triangulation(&arguments.triangulation, context)?;
-    let mesh = found.manifold().map_err(|defects| {
-        let failure = Failure::new(format!("{name}: {defects}"));
-        failure.try_instead("`ndf info` lists what is wrong with it")
-    })?;
+    let mesh = found.mesh();
     let started = Instant::now();
     let vertices = mesh.vertex_count();
     let Sources { source, source_vertex } = &arguments.sources;
@@ -93,20 +93,28 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             let failure = Failure::new(format!("{name} has no vertex {vertex}"));
             failure.try_instead(&format!("its vertices are 0 to {}", vertices - 1))
         }
+        DistanceError::NotManifold(_) => {
+            let failure = Failure::new(format!("{name} is {error}, over which no distances are defined"));
+            failure.try_instead("`ndf mesh` makes a manifold around what it encloses")
+        }
         DistanceError::NoPoint(_) => error.into(),
         error => Failure::new(format!("{name}: {error}")),
     })?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
-    let Distances { values: distances, heat, path, .. } = distances;
-    let unreached = distances.iter().filter(|d| d.is_infinite()).count();
+    let Distances { values: distances, heat, path, notes, .. } = distances;
+    notes.iter().for_each(|note| context.warn_of(&name, note));
+    let unused = found.unused_vertices();
+    let unreached = distances.iter().filter(|d| d.is_infinite()).count() - unused.len();
     let max = distances.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let mut json = json!({
         "seconds": seconds,
         "vertices": vertices,
         "max_distance": max,
         "unreached": unreached,
+        "unused_vertices": unused,
+        "area_left_out": found.area_left_out,
     });
     let mut rows = vec![
         ("vertices", grouped(vertices)),
@@ -131,7 +139,13 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     let output = arguments.output.display();
     let path = path.transpose().map_err(|error| {
-        Failure::new(format!("{name}: {error}")).try_instead(&format!("the distances are in {output}"))
+        let failure = match (error, arguments.path_to) {
+            (GeodesicError::Unreached { .. }, Some(DVec3 { x, y, z })) => Failure::new(format!(
+                "{name}: there is no path to ({x}, {y}, {z}), which is on another component than the sources"
+            )),
+            (error, _) => Failure::new(format!("{name}: {error}")),
+        };
+        failure.try_instead(&format!("the distances are in {output}"))
     })?;
     if let Some(path) = path {
         rows.push(("path", format!("{} in {} pieces", readable(path.length), path.points.len() - 1)));
@@ -145,12 +159,12 @@ fn counted(sources: usize) -> String {
 }
 
 /// A path as positions and as faces with barycentric coordinates, from the source on.
-fn described(path: &Path, mesh: &ManifoldMesh) -> Value {
-    let corner = |point: &SurfacePoint| {
-        let FacePoint { face, barycentric } = point.in_some_face(mesh);
+fn described(path: &SurfacePath, mesh: &TriangleMesh) -> Value {
+    let corner = |point: &FacePoint| {
+        let FacePoint { face, barycentric } = point;
         json!({"face": face, "barycentric": barycentric, "position": point.position(mesh).to_array()})
     };
-    let points: Vec<Value> = path.points.iter().rev().map(corner).collect();
+    let points: Vec<Value> = path.points.iter().map(corner).collect();
     json!({"length": path.length, "source": path.source, "points": points})
 }
 

@@ -66,6 +66,9 @@ fn of_mesh(mesh: &MeshDescription) -> String {
     }
     let format = mesh.format.as_deref().unwrap_or_default();
     let mut text = format!("{} ({format})\n{}", mesh.kind, table(&rows));
+    if mesh.orientable == Some(false) {
+        text += "  ! it cannot be oriented: there is a Möbius strip in it\n";
+    }
     for defect in defects(report, mesh.is_inward()) {
         text += &format!("  ! {defect}\n");
     }

@@ -1,10 +1,13 @@
 //! `ndf measure`: how far a mesh is from a reference.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use ndf_mesh::TriangleMesh;
 use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
+use ndf_mesh::repair::finite_part;
+use serde_json::json;
 
 use crate::context::Context;
 use crate::files::read_faces;
@@ -22,13 +25,26 @@ pub struct Arguments {
     samples: u32,
 }
 
+/// What can be measured of the mesh in a file, and the share of its faces that cannot.
+fn finite(path: &Path, context: &Context) -> Result<(TriangleMesh, f64), Failure> {
+    let mesh = read_faces(path, context)?.mesh;
+    let (finite, left_out) = finite_part(&mesh);
+    if left_out > 0.0 && finite.face_count() > 0 {
+        let (name, percent) = (path.display(), 100.0 * left_out);
+        context.warn(&format!(
+            "{name}: {percent:.1} % of the faces have corners that are not finite, and are left out"
+        ));
+    }
+    Ok((finite, left_out))
+}
+
 /// Measures two meshes against each other.
 ///
 /// # Errors
 /// If one cannot be read, or has no area.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let reference = read_faces(&arguments.reference, context)?.mesh;
-    let mesh = read_faces(&arguments.mesh, context)?.mesh;
+    let (reference, reference_left_out) = finite(&arguments.reference, context)?;
+    let (mesh, mesh_left_out) = finite(&arguments.mesh, context)?;
     let started = Instant::now();
     let options = MeasureOptions { samples: arguments.samples as usize, seed: context.seed() };
     let found = measure(&reference, &mesh, &options).map_err(|error| {
@@ -43,6 +59,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let mut json = serde_json::to_value(found)?;
     json.as_object_mut().and_then(|figures| figures.remove("normal_angle_mean"));
     json["normal_deg_mean"] = normals.into();
+    json["area_left_out"] = json!({"reference": reference_left_out, "mesh": mesh_left_out});
     json["samples"] = arguments.samples.into();
     json["seconds"] = started.elapsed().as_secs_f64().into();
     let share = |length: f64| {

@@ -1,18 +1,23 @@
 //! `ndf mesh`: direct meshing, without learning.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use ndf::{OpenOptions, Parts};
 use ndf_mesh::ValidationReport;
 use ndf_mesh::io::{format_to_write, write_mesh};
-use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
+use ndf_meshing::{DecimationOptions, IsosurfaceError, MarchingCubesOptions, decimate, marching_cubes};
 use serde_json::json;
 
-use crate::arguments::{Reading, length};
+use crate::arguments::{PartArguments, Reading, length};
 use crate::context::Context;
 use crate::files::open;
 use crate::output::{Failure, Outcome, check_output, grouped};
+
+/// Cells along the longest side, at most.
+const MAX_GRID: u32 = 2048;
 
 /// Arguments of `ndf mesh`.
 #[derive(Args, Debug)]
@@ -24,11 +29,13 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    parts: PartArguments,
     /// How.
     #[arg(long, value_enum, default_value_t)]
     method: Method,
     /// Cells along the longest side.
-    #[arg(long, value_name = "N", default_value_t = 128, conflicts_with = "edge_length", value_parser = clap::value_parser!(u32).range(1..=2048))]
+    #[arg(long, value_name = "N", default_value_t = 128, conflicts_with = "edge_length", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_GRID)))]
     grid: u32,
     /// Side of a cell, in the input's units, instead of their number.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
@@ -36,6 +43,17 @@ pub struct Arguments {
     /// Decimate to this many faces.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
     faces: Option<u32>,
+}
+
+/// The failure of making an isosurface on a grid of so many cells.
+fn not_meshed(name: &dyn Display, error: &IsosurfaceError, grid: u32) -> Failure {
+    let failure = Failure::new(format!("{name}: {error}"));
+    match error {
+        IsosurfaceError::NoCrossing { .. } if grid <= MAX_GRID / 4 => {
+            failure.try_instead(&format!("try a finer grid, such as --grid {}", 4 * grid))
+        }
+        _ => failure,
+    }
 }
 
 /// Ways to mesh a scalar field.
@@ -55,7 +73,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_output(&arguments.output, &[&arguments.input])?;
     let name = arguments.input.display();
-    let input = open(&arguments.input, &arguments.reading, context)?;
+    let repair = arguments.parts.options(Parts::All);
+    let options = OpenOptions { repair, ..arguments.reading.options()? };
+    let input = open(&arguments.input, &options, context)?;
     let started = Instant::now();
     let field = input.field_surface().and_then(ndf_core::Surface::as_field).ok_or_else(|| {
         let failure = Failure::new(format!("{name} encloses no volume, so that it has no isosurface"));
@@ -65,10 +85,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         None => arguments.grid,
         Some(h) => {
             let cells = (field.bounds().extent().max_element() / h).ceil();
-            if cells > 2048.0 {
+            if cells > f64::from(MAX_GRID) {
                 let failure =
                     Failure::new(format!("cells of {h} make a grid of {cells} cells along the longest side"));
-                return Err(failure.try_instead("2048 are the most; ask for longer edges"));
+                return Err(failure.try_instead(&format!("{MAX_GRID} are the most; ask for longer edges")));
             }
             (cells as u32).max(1)
         }
@@ -76,7 +96,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let progress = context.progress();
     let options = MarchingCubesOptions { grid, ..MarchingCubesOptions::default() };
     let found =
-        marching_cubes(field, &options, &progress).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+        marching_cubes(field, &options, &progress).map_err(|error| not_meshed(&name, &error, grid))?;
     let mut mesh = found.mesh;
     if let Some(faces) = arguments.faces {
         let options = DecimationOptions::to_faces(faces as usize);
@@ -105,6 +125,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         "grid": found.cells,
         "cell": found.cell,
         "evaluations": found.evaluations,
+        "area_left_out": input.area_left_out,
     });
     let text = format!(
         "{path}: {report}\n  grid of {} × {} × {} cells, {} evaluations, {seconds:.2} s\n",

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf_mesh::io::{MeshFile, atomic_write};
+use ndf_mesh::repair::finite_part;
 use serde_json::json;
 
 use crate::context::Context;
@@ -81,7 +82,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let map = values.map(ColourMap::of);
     let legend = map.filter(|_| !is_exr && !arguments.no_legend);
     let strip = if legend.is_some() { strip_width(width, height) } else { 0 };
-    let camera = Camera::framing(file.mesh.positions(), view, width - strip, height);
+    // Vertices that no face uses may be anywhere.
+    let seen = finite_part(&file.mesh).0;
+    let camera = Camera::framing(seen.positions(), view, width - strip, height);
     let mut scene = Scene::new(&file.mesh);
     if let (Some(values), Some(map)) = (values, map) {
         scene = scene.painted(values, map);

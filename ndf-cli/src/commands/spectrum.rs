@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf::Triangles;
-use ndf::analysis::mode_scalars;
 use ndf_mesh::io::{format_to_write, write_mesh};
-use ndf_spectral::{ModeOptions, OperatorOptions};
+use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
 use serde_json::json;
 
 use crate::arguments::{TriangulationArguments, length};
@@ -43,25 +42,35 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     check_output(&arguments.output, &[&arguments.triangulation.input])?;
     let name = arguments.triangulation.input.display();
     let triangulated = read_triangulation(&arguments.triangulation, context)?;
-    if let Triangles::Soup { reason, .. } = &triangulated.triangles {
-        context.warn(&format!("{name}: {reason}; its modes are those of its tufted cover"));
+    if let Triangles::Soup { reason, mesh } = &triangulated.triangles
+        && mesh.face_count() > 0
+    {
+        context.warn(&format!("{name} is {reason}; its modes are those of its tufted cover"));
     }
     let started = Instant::now();
     let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
     let (count, shift) = (arguments.modes as usize, arguments.shift);
     let options = ModeOptions { count, shift, operator, ..ModeOptions::default() };
-    let found = triangulated
-        .modes(&options, &context.progress())
-        .map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let found = triangulated.modes(&options, &context.progress()).map_err(|error| {
+        let failure = Failure::new(format!("{name}: {error}"));
+        match error {
+            SpectralError::TooManyModes { vertices, .. } => {
+                failure.try_instead(&format!("ask for at most {vertices}, or subdivide the mesh"))
+            }
+            _ => failure,
+        }
+    })?;
     let mesh = triangulated.mesh();
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh, &mode_scalars(&found))?;
+    write_mesh(&arguments.output, mesh, &triangulated.mode_scalars(&found))?;
     let mut json = json!({
         "seconds": seconds,
         "eigenvalues": found.eigenvalues,
         "residual_max": found.max_residual(),
         "verified": found.verified,
         "vertices": mesh.vertex_count(),
+        "unused_vertices": triangulated.unused_vertices(),
+        "area_left_out": triangulated.area_left_out,
     });
     let shown: Vec<String> = found.eigenvalues.iter().take(8).map(|&x| readable(x)).collect();
     let more = if found.eigenvalues.len() > 8 { ", …" } else { "" };

@@ -75,11 +75,7 @@ fn scalars_of_clouds_and_summaries() {
     let bytes = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
     assert_eq!(bytes("b.ply"), bytes("c.ply"), "the same seed gives the same bytes");
     assert_eq!(ndf(&folder.0, &["info", "b.ply", "--json"]).json()["kind"], "cloud");
-    assert!(
-        ndf(&folder.0, &["measure", "a.ply", "b.ply"])
-            .sentence()
-            .contains("a.ply is a point set without faces")
-    );
+    assert!(ndf(&folder.0, &["measure", "a.ply", "b.ply"]).sentence().contains("a.ply is a point cloud"));
     assert!(ndf(&folder.0, &["sample", "cloud", "-o", "c.obj"]).sentence().contains("c.obj"));
 }
 

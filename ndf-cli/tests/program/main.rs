@@ -8,6 +8,7 @@ mod docs;
 mod fields;
 mod learning;
 mod outputs;
+mod parts;
 mod scalars;
 
 use std::path::{Path, PathBuf};

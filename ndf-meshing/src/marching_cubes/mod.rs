@@ -64,12 +64,17 @@ pub enum IsosurfaceError {
     #[error("the bounds of the field are empty or not finite: {0:?}")]
     Bounds(BoundingBox),
     /// The field has only one side at the corners of the grid.
-    #[error("no isosurface: the field does not cross its level {level} at any of {evaluations} points")]
+    #[error(
+        "no isosurface: the field does not cross its level {level} at any of {evaluations} points, between which {cell} is \
+         the distance; what is thinner is missed"
+    )]
     NoCrossing {
         /// The level looked for.
         level: f64,
         /// How many points were looked at.
         evaluations: u64,
+        /// The side of a cell of the grid.
+        cell: f64,
     },
     /// More vertices or faces than indices can name.
     #[error("the isosurface has more than 2³² vertices or half-edges; use a coarser grid")]
@@ -113,7 +118,7 @@ pub fn marching_cubes(
     let oriented = Oriented::new(field);
     let (growing, mut evaluations) = grow(oriented, grid, progress)?;
     if growing.faces.is_empty() {
-        return Err(IsosurfaceError::NoCrossing { level: field.level(), evaluations });
+        return Err(IsosurfaceError::NoCrossing { level: field.level(), evaluations, cell: grid.cell });
     }
     let (mut positions, looks) = crossing::positions(oriented, grid, &growing.crossings, options.refinement);
     evaluations += looks;

@@ -55,11 +55,12 @@ impl Drawn {
 impl Values {
     pub(super) fn new(mesh: &TriangleMesh, scalars: &[VertexScalars]) -> Result<Self, ScalarError> {
         let vertices = mesh.vertex_count();
+        let used = used_vertices(mesh);
         for VertexScalars { name, values } in scalars {
             if values.len() != vertices {
                 return Err(ScalarError::Length { name: name.clone(), values: values.len(), vertices });
             }
-            let count = values.iter().filter(|x| !x.is_finite()).count();
+            let count = values.iter().zip(&used).filter(|(x, used)| **used && !x.is_finite()).count();
             if count > 0 {
                 return Err(ScalarError::NotFinite { name: name.clone(), count, vertices });
             }
@@ -69,9 +70,17 @@ impl Values {
         if !(total.is_finite() && total > 0.0) {
             return Err(ScalarError::NoArea);
         }
+        // What no face uses has no value; any will do.
+        let filled = |scalar: &VertexScalars| {
+            let any = scalar.values.iter().zip(&used).find_map(|(x, used)| used.then_some(*x));
+            let value = |(x, used): (&f32, &bool)| if *used { *x } else { any.unwrap_or(0.0) };
+            let values = scalar.values.iter().zip(&used).map(value).collect();
+            VertexScalars { name: scalar.name.clone(), values }
+        };
+        let scalars: Vec<VertexScalars> = scalars.iter().map(filled).collect();
         let channels: Vec<Channel> = scalars.iter().map(|s| channel(s, &areas, total)).collect();
         let mut outputs = vec![0.0; vertices * channels.len()];
-        for (k, (channel, scalar)) in channels.iter().zip(scalars).enumerate() {
+        for (k, (channel, scalar)) in channels.iter().zip(&scalars).enumerate() {
             let column = outputs.iter_mut().skip(k).step_by(channels.len());
             column.zip(&scalar.values).for_each(|(to, value)| *to = channel.output(*value));
         }
@@ -134,6 +143,17 @@ fn vertex_areas(mesh: &TriangleMesh) -> Vec<f64> {
         }
     }
     areas
+}
+
+/// Which vertices have a face whose corners are finite.
+fn used_vertices(mesh: &TriangleMesh) -> Vec<bool> {
+    let mut used = vec![false; mesh.vertex_count()];
+    for face in mesh.faces() {
+        if face.iter().all(|&v| mesh.positions()[v as usize].is_finite()) {
+            face.iter().for_each(|&v| used[v as usize] = true);
+        }
+    }
+    used
 }
 
 /// Range, mean and deviation of a field.

@@ -2,6 +2,7 @@
 
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{MeshFile, ReadNote};
+use ndf_mesh::repair::oriented;
 use ndf_mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
 use serde::{Serialize, Serializer};
 
@@ -20,6 +21,8 @@ pub struct MeshDescription {
     /// Counts and defects.
     #[serde(flatten, serialize_with = "counts")]
     pub report: ValidationReport,
+    /// Whether the mesh can be oriented; `None` unless it is a manifold.
+    pub orientable: Option<bool>,
     /// Sum of the areas of the faces.
     pub area: f64,
     /// Enclosed volume, negative where the faces are oriented inward; `None` unless the mesh is closed.
@@ -62,6 +65,10 @@ impl MeshDescription {
         Self {
             kind: Kind::Mesh,
             format: None,
+            orientable: report.is_manifold().then(|| {
+                report.inconsistent_edges.count == 0
+                    || ValidationReport::of(&oriented(mesh)).inconsistent_edges.count == 0
+            }),
             area: mesh.area(),
             volume: (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume()),
             bounds: (!bounds.is_empty()).then(|| bounds.into()),

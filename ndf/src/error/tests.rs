@@ -9,6 +9,7 @@ use ndf_model::Model;
 use ndf_train::{SettingsError, TrainError};
 
 use super::*;
+use crate::left_out::LeftOut;
 use crate::{Kind, NoProgress, OpenOptions, open_bytes};
 
 fn name() -> String {
@@ -51,7 +52,7 @@ fn one_of_each() -> Vec<Error> {
     all.extend([
         OpenError::Io { path: path(), source: io() }.into(),
         OpenError::Table { name: name() }.into(),
-        NoModel { path: path(), source: ModelError::Version(9) }.into(),
+        NoModel { path: path(), what: None, source: ModelError::Version(9) }.into(),
         OpenError::CloudFile(ReadError::NotBuilt {
             path: path(),
             format: point_cloud::CloudFormat::E57,
@@ -60,6 +61,8 @@ fn one_of_each() -> Vec<Error> {
         .into(),
         OpenError::Model { name: name() }.into(),
         NoMesh::NoFaces { path: path(), vertices: 3 }.into(),
+        NoMesh::Other { path: path(), what: "a network" }.into(),
+        OpenError::LeftOut { name: name(), source: LeftOut { share: 0.1 } }.into(),
         OpenError::NoArea { name: name() }.into(),
         OpenError::TooFar { name: name(), vertex: Vertex(0) }.into(),
         OpenError::CloudFile(ReadError::TooFewPoints {
@@ -74,7 +77,8 @@ fn one_of_each() -> Vec<Error> {
         OpenError::NoCode { name: name(), row: 1 }.into(),
         OpenError::OtherKind { name: name(), found: Kind::Nerf, asked: Kind::Neus }.into(),
         NoReference::NoField.into(),
-        NoBaseMesh::Making(IsosurfaceError::NoCrossing { level: 0.0, evaluations: 1 }.into()).into(),
+        NoBaseMesh::Making(IsosurfaceError::NoCrossing { level: 0.0, evaluations: 1, cell: 1.0 }.into())
+            .into(),
         FitError::from(TrainError::from(SettingsError::NoEpochs)).into(),
         NoTriangulation::NoEdgeLength { name: name() }.into(),
         DistanceError::NoVertex { vertex: Vertex(3), vertices: 3 }.into(),
@@ -120,7 +124,7 @@ fn files_give_codes() {
     assert_eq!(code(b"# .PCD\nVERSION .7\nFIELDS x y\n"), "truncated");
     let model = |bytes: &[u8]| {
         let source = Model::from_bytes(bytes).err().unwrap();
-        Error::from(NoModel { path: path(), source }).code()
+        Error::from(NoModel { path: path(), what: None, source }).code()
     };
     assert_eq!(model(b"solid"), "unrecognised");
     assert_eq!(model(b"\x89NDF\r\n\x1a\n\x09\0\0\0\0\0\0\0"), "newer_version");

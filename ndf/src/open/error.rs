@@ -14,6 +14,7 @@ use ndf_train::CheckpointError;
 
 use crate::files::without_faces;
 use crate::kind::Kind;
+use crate::left_out::LeftOut;
 
 /// What can be read, for files of no known kind.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
@@ -98,6 +99,22 @@ pub enum OpenError {
     NoArea {
         /// The file.
         name: String,
+    },
+    /// The mesh has one side.
+    #[error(
+        "{name} cannot be oriented: there is a Möbius strip in it, and without an inner and an outer side it is not learned"
+    )]
+    OneSided {
+        /// The file.
+        name: String,
+    },
+    /// Too much of the mesh would be left out.
+    #[error("{name}: {source}")]
+    LeftOut {
+        /// The file.
+        name: String,
+        /// How much.
+        source: LeftOut,
     },
     /// No surface can be made of the mesh.
     #[error("{name}: {source}")]

@@ -2,17 +2,19 @@
 
 use std::path::Path;
 
-use ndf_core::{Progress, Surface};
+use ndf_core::{Hint, Progress, Surface};
 use ndf_mesh::io::{MeshFile, ReadError, parse_mesh};
-use ndf_mesh::{TriangleMesh, repair};
+use ndf_mesh::repair::{self, Components, Irreparable, RepairOptions};
+use ndf_mesh::{Face, ManifoldMesh, TriangleMesh, TriangleTree};
 use ndf_surfaces::MeshSurface;
 
 use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, MeshDescription};
 use crate::kind::Kind;
+use crate::left_out::check_left_out;
 use crate::note::{NotDecimated, Note};
 use crate::opened::{BaseSource, Opened};
-use crate::presets::LARGEST_COMPONENT;
+use crate::presets::{APART, SIDE_BY_SIDE};
 
 /// Mesh files.
 pub(super) struct Meshes;
@@ -24,7 +26,7 @@ impl Representation for Meshes {
 
     fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
         let MeshFile { mesh, notes, .. } = parse(content, options)?;
-        let mut opened = opened(mesh, &content.name())?;
+        let mut opened = opened(mesh, &options.repair, &content.name())?;
         opened.notes.splice(0..0, notes.into_iter().map(Note::from));
         Ok(opened)
     }
@@ -61,8 +63,9 @@ fn by_name(path: &Path) -> Option<&'static str> {
     }
 }
 
-/// A mesh as a surface: repaired to a manifold, or, where that cannot be, the boundary of what its winding number encloses.
-pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError> {
+/// A mesh as a surface: repaired to a manifold, or, where that cannot be or its pieces mean one solid, the boundary of what
+/// its winding number encloses.
+pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) -> Result<Opened, OpenError> {
     let name = || name.to_owned();
     if mesh.face_count() == 0 {
         return Err(OpenError::NoFaces { name: name(), vertices: mesh.vertex_count() });
@@ -74,23 +77,53 @@ pub(super) fn opened(mesh: TriangleMesh, name: &str) -> Result<Opened, OpenError
     if cleaned.area() == 0.0 {
         return Err(OpenError::NoArea { name: name() });
     }
-    let mut notes = Vec::new();
-    let (surface, base) = match repair::repaired(&mesh) {
-        // Where no component has most of the area, the mesh means the union of its pieces.
-        Ok(repaired) if repaired.kept_area >= LARGEST_COMPONENT => {
-            notes.extend(repaired.notes.into_iter().map(Note::from));
-            (MeshSurface::new(&repaired.mesh), BaseSource::Manifold(repaired.mesh))
+    let empty = |source| OpenError::EmptyMesh { name: name(), source };
+    let reason = match repair::repaired(&mesh, options) {
+        Ok(repaired) => {
+            check_left_out(repaired.area_left_out, options.parts)
+                .map_err(|source| OpenError::LeftOut { name: name(), source })?;
+            let surface = MeshSurface::new(&repaired.mesh).map_err(empty)?;
+            match pieces_of_one_solid(&repaired.mesh, &surface) {
+                None => {
+                    let notes = repaired.notes.into_iter().map(Note::from).collect();
+                    let (base, area_left_out) = (BaseSource::Manifold(repaired.mesh), repaired.area_left_out);
+                    let surface = Opened::from_surface(Box::new(surface), Kind::Mesh);
+                    return Ok(Opened { base, mesh: Some(mesh), notes, area_left_out, ..surface });
+                }
+                Some(reason) => reason,
+            }
         }
-        other => {
-            let reason = match other {
-                Ok(repaired) => NotDecimated::InPieces { largest: repaired.kept_area },
-                Err(defects) => defects.into(),
-            };
-            let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
-            (MeshSurface::new(&repair::oriented(&cleaned)), base)
-        }
+        Err(Irreparable::OneSided) => return Err(OpenError::OneSided { name: name() }),
+        Err(Irreparable::NotManifold(defects)) => defects.into(),
     };
-    let surface: Box<dyn Surface> =
-        Box::new(surface.map_err(|source| OpenError::EmptyMesh { name: name(), source })?);
-    Ok(Opened { base, mesh: Some(mesh), notes, ..Opened::from_surface(surface, Kind::Mesh) })
+    let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
+    let surface = MeshSurface::new(&repair::oriented(&cleaned)).map_err(empty)?;
+    Ok(Opened { base, mesh: Some(mesh), ..Opened::from_surface(Box::new(surface), Kind::Mesh) })
+}
+
+/// Why the components of a manifold mean one solid, whose boundary they are only together: some are inside of others, or
+/// their borders lie side by side, as where the faces of a solid were not sewn together. `None` where each is a surface of its own.
+fn pieces_of_one_solid(mesh: &ManifoldMesh, surface: &MeshSurface) -> Option<NotDecimated> {
+    let components = Components::of(mesh);
+    if components.len() < 2 || surface.as_field().is_none() {
+        return None;
+    }
+    let (pieces, largest) = (components.len(), components.largest_share());
+    if surface.parting_share() < APART {
+        return Some(NotDecimated::Overlapping { pieces, largest });
+    }
+    // The share of the border, by length, that is next to another piece.
+    let topology = mesh.topology();
+    let tree = TriangleTree::new(mesh);
+    let reach = SIDE_BY_SIDE * mesh.bounds().diagonal();
+    let (mut next_to_others, mut all) = (0.0, 0.0);
+    for h in topology.halfedges().filter(|&h| topology.twin(h).is_none()) {
+        let [p, q] = [topology.tail(h), topology.tip(h)].map(|v| mesh.positions()[v.index()]);
+        let own = components.of_face[h.face().index()];
+        let is_other = |face: Face| components.of_face[face.index()] != own;
+        let closest = tree.closest_point_within(p.midpoint(q), reach * reach, Hint::NONE, is_other);
+        all += p.distance(q);
+        next_to_others += if closest.is_some() { p.distance(q) } else { 0.0 };
+    }
+    (2.0 * next_to_others > all).then_some(NotDecimated::InPieces { pieces, largest })
 }

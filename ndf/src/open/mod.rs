@@ -20,6 +20,7 @@ use ndf_formats::splats::splats_of_tensors;
 use ndf_formats::{Format, sniff};
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::Signature;
+use ndf_mesh::repair::{Parts, RepairOptions};
 use ndf_model::Model;
 use ndf_surfaces::networks::{NetworkOptions, NeuralField, is_snapshot};
 use ndf_train::Checkpoint;
@@ -30,10 +31,11 @@ pub use network::read_latent;
 use crate::describe::{CheckpointDescription, Described, Description, ModelDescription};
 use crate::kind::Kind;
 use crate::opened::Opened;
-use content::Content;
+use crate::presets::MIN_PART;
+pub(crate) use content::Content;
 
 /// How a surface is to be understood.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OpenOptions {
     /// What it is, where its content should not decide.
     pub kind: Option<Kind>,
@@ -43,6 +45,22 @@ pub struct OpenOptions {
     pub network: NetworkOptions,
     /// How files of points are to be read.
     pub cloud: CloudOptions,
+    /// Which components are kept, of meshes and of isosurfaces, and whether the seams of meshes are joined.
+    pub repair: RepairOptions,
+}
+
+impl Default for OpenOptions {
+    /// What the content tells, without parts of less than a thousandth of the area.
+    fn default() -> Self {
+        let repair = RepairOptions { parts: Parts::Above(MIN_PART), ..RepairOptions::default() };
+        Self {
+            kind: None,
+            level: None,
+            network: NetworkOptions::default(),
+            cloud: CloudOptions::default(),
+            repair,
+        }
+    }
 }
 
 /// Representations that share their files.
@@ -97,6 +115,28 @@ fn representation(
     })
 }
 
+/// What a file is that is no model, if it is known.
+pub(crate) fn kind_in_words(content: &Content) -> Option<&'static str> {
+    let bytes = &content.bytes;
+    if Checkpoint::is_checkpoint(bytes) {
+        return Some("a checkpoint");
+    }
+    if is_snapshot(bytes) {
+        return Some("a network");
+    }
+    match sniff(bytes) {
+        Some(Format::Splats(_)) => Some("a file of Gaussian splats"),
+        Some(Format::Tensors(_)) if content.tensors().is_ok_and(|file| splats_of_tensors(file).is_some()) => {
+            Some("a file of Gaussian splats")
+        }
+        Some(Format::Tensors(_)) => Some("a network"),
+        Some(Format::Cloud(_)) => Some("a point cloud"),
+        Some(Format::Mesh(_)) => Some("a mesh"),
+        None if NeuralField::from_flat_file(bytes, &NetworkOptions::default()).is_some() => Some("a network"),
+        _ => None,
+    }
+}
+
 /// Opens a surface of any kind. Clouds without normals take some seconds; see [`open_with`] to watch.
 ///
 /// ```no_run
@@ -147,7 +187,7 @@ fn open_content(
         return Err(OpenError::Model { name: content.name() });
     }
     let opened = representation(content, options)?.open(content, options, progress)?;
-    Ok(Opened { path: Some(content.path.clone()), ..opened })
+    Ok(Opened { path: Some(content.path.clone()), parts: options.repair.parts, ..opened })
 }
 
 /// Examines a file: a surface of any kind, a model, or a checkpoint. Costs no more than reading it and, for a mesh, its checks; for a
@@ -176,7 +216,7 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
 /// # Errors
 /// If it has no face with an area.
 pub fn open_mesh(mesh: TriangleMesh) -> Result<Opened, OpenError> {
-    mesh::opened(mesh, "the mesh")
+    mesh::opened(mesh, &OpenOptions::default().repair, "the mesh")
 }
 
 /// Points as a surface: with their normals, where they have some that agree, or where `kind` says so; else without.

@@ -1,0 +1,254 @@
+//! Geodesics and spectra of a mesh, or of the mesh of a model, in their units.
+//!
+//! What is computed on is a manifold made of the triangles: borders that lie on each other are joined, faces turned, what is
+//! unusable left out. What is found is told at the vertices of the file, which keep their numbers.
+
+mod distances;
+
+use std::path::Path;
+
+use ndf_core::Progress;
+use ndf_intrinsic::{ExtractionError, IntrinsicMesh};
+use ndf_mesh::io::VertexScalars;
+use ndf_mesh::repair::{self, Irreparable, Origins, Parts, RepairNote, RepairOptions, Repaired, Usable};
+use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
+use ndf_model::{LengthFactors, Model};
+use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, SpectralError};
+
+use crate::analysis::mode_scalars;
+use crate::files::{NoMesh, NoModel, begins_as_model, read_mesh, read_model};
+use crate::left_out::{LeftOut, check_left_out};
+use crate::{EdgeLength, ModelExt, Note};
+
+pub use distances::{
+    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, SurfacePath,
+};
+
+/// Triangles that can be computed on.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Triangulated {
+    /// The triangles.
+    pub triangles: Triangles,
+    /// What was repaired.
+    pub notes: Vec<Note>,
+    /// The share of the area of the file that is left out, from 0 to 1.
+    pub area_left_out: f64,
+    /// By what lengths are multiplied for distances and modes: those of the metric that a model carries. `None` for
+    /// meshes, and for models without one; set it so to measure lengths as they are.
+    pub factors: Option<LengthFactors>,
+    /// The mesh that was repaired, where it is not the triangles.
+    original: Option<Original>,
+}
+
+/// A mesh as it was before it was repaired.
+#[derive(Clone, Debug)]
+struct Original {
+    mesh: TriangleMesh,
+    /// Where the triangles come from.
+    origins: Origins,
+    options: RepairOptions,
+}
+
+/// Triangles, repaired where that was needed.
+#[derive(Clone, Debug)]
+pub enum Triangles {
+    /// An oriented manifold.
+    Manifold(ManifoldMesh),
+    /// Triangles of any kind, all of them usable.
+    Soup {
+        /// The triangles, vertices in one place merged.
+        mesh: TriangleMesh,
+        /// Why they are no oriented manifold.
+        reason: Irreparable,
+    },
+}
+
+/// Why a file gives no triangulation.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoTriangulation {
+    /// It is no usable mesh.
+    #[error(transparent)]
+    Mesh(#[from] NoMesh),
+    /// It is no usable model.
+    #[error(transparent)]
+    Model(#[from] NoModel),
+    /// It is a model, and no edge length was given.
+    #[error("{name} is a model, of which meshes of any size can be made")]
+    NoEdgeLength {
+        /// The file.
+        name: String,
+    },
+    /// The mesh of the model could not be extracted.
+    #[error("{name}: {source}")]
+    Extraction {
+        /// The file.
+        name: String,
+        /// Why.
+        source: ExtractionError,
+    },
+    /// Too much of the mesh would be left out.
+    #[error("{name}: {source}")]
+    LeftOut {
+        /// The file.
+        name: String,
+        /// How much.
+        source: LeftOut,
+    },
+}
+
+impl Triangulated {
+    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model together with an edge
+    /// length. An edge length for a mesh is left out with a note.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has no faces, is a model without an edge length, more than a twentieth of its area cannot
+    /// be used and all of it is wanted, or the observer asks to stop.
+    pub fn open(
+        path: impl AsRef<Path>,
+        edge_length: Option<EdgeLength>,
+        options: &RepairOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, NoTriangulation> {
+        let path = path.as_ref();
+        let name = || path.display().to_string();
+        if begins_as_model(path) {
+            let edge_length = edge_length.ok_or_else(|| NoTriangulation::NoEdgeLength { name: name() })?;
+            let found = Self::from_model(&read_model(path)?, edge_length, progress);
+            return found.map_err(|source| NoTriangulation::Extraction { name: name(), source });
+        }
+        let file = read_mesh(path)?;
+        let mut notes: Vec<Note> = file.notes.into_iter().map(Note::from).collect();
+        notes.extend(edge_length.map(|_| Note::EdgeLengthUnused));
+        let mut found = Self::from_mesh(file.mesh, options)
+            .map_err(|source| NoTriangulation::LeftOut { name: name(), source })?;
+        found.notes.splice(0..0, notes);
+        Ok(found)
+    }
+
+    /// A mesh, repaired where it is no oriented manifold or has borders that lie on each other; where that cannot be, its
+    /// usable triangles.
+    ///
+    /// # Errors
+    /// If more than a twentieth of its area cannot be used, unless the largest component is all that is wanted.
+    pub fn from_mesh(mesh: TriangleMesh, options: &RepairOptions) -> Result<Self, LeftOut> {
+        // Most meshes need nothing of it.
+        if options.parts == Parts::All
+            && let Ok(mesh) = ManifoldMesh::try_from(mesh.clone())
+            && (options.keep_seams || mesh.topology().boundary_edge_count() == 0)
+        {
+            return Ok(mesh.into());
+        }
+        let (triangles, origins, notes, area_left_out) = match repair::repaired(&mesh, options) {
+            Ok(Repaired { mesh, origins, notes, area_left_out }) => {
+                // What is computed does not depend on sides, and what is written has the faces of the file.
+                let is_of_sides = |note: &RepairNote| {
+                    matches!(note, RepairNote::AllFacesTurned | RepairNote::FacesTurned { .. })
+                };
+                let notes = notes.into_iter().filter(|note| !is_of_sides(note)).map(Note::from).collect();
+                (Triangles::Manifold(mesh), origins, notes, area_left_out)
+            }
+            Err(reason) => {
+                let Usable { mesh, origins, area_left_out } = repair::usable_triangles(&mesh, options);
+                (Triangles::Soup { mesh, reason }, origins, Vec::new(), area_left_out)
+            }
+        };
+        check_left_out(area_left_out, options.parts)?;
+        let is_same = *triangles.mesh() == mesh;
+        let original = (!is_same).then_some(Original { mesh, origins, options: *options });
+        Ok(Self { triangles, notes, area_left_out, factors: None, original })
+    }
+
+    /// The mesh of a model, with the factors of its metric.
+    ///
+    /// # Errors
+    /// See [`ModelExt::extract_with`].
+    pub fn from_model(
+        model: &Model,
+        edge_length: EdgeLength,
+        progress: &dyn Progress,
+    ) -> Result<Self, ExtractionError> {
+        let mesh = model.extract_with(edge_length, progress)?.mesh;
+        let area = mesh.area() * model.similarity.scale().powi(2);
+        let factors = model.metric.map(|metric| metric.factors(area));
+        Ok(Self { factors, ..mesh.into() })
+    }
+
+    /// The mesh as it was before it was repaired. Distances and scalars have a value for each of its vertices.
+    pub fn mesh(&self) -> &TriangleMesh {
+        self.original.as_ref().map_or(self.triangles.mesh(), |original| &original.mesh)
+    }
+
+    /// The manifold that is computed on.
+    ///
+    /// # Errors
+    /// If the mesh could not be repaired to be one.
+    pub fn manifold(&self) -> Result<&ManifoldMesh, &Irreparable> {
+        match &self.triangles {
+            Triangles::Manifold(mesh) => Ok(mesh),
+            Triangles::Soup { reason, .. } => Err(reason),
+        }
+    }
+
+    /// The vertices of the [mesh](Self::mesh) that no face uses: they have no distances and no values.
+    pub fn unused_vertices(&self) -> Vec<Vertex> {
+        self.original.as_ref().map_or_else(Vec::new, |original| original.origins.unused().collect())
+    }
+
+    /// The factors that are applied.
+    fn applied(&self) -> LengthFactors {
+        self.factors.unwrap_or(LengthFactors::ONE)
+    }
+
+    /// The eigenmodes with the smallest eigenvalues, in inverse squared units of length, at the vertices of the
+    /// [triangles](Self::triangles). Where these are no oriented manifold, those of their tufted cover.
+    ///
+    /// # Errors
+    /// If a vertex has no area, an option is out of range, the modes do not converge, or the observer asks to stop.
+    pub fn modes(&self, options: &ModeOptions, progress: &dyn Progress) -> Result<Modes, SpectralError> {
+        if self.triangles.mesh().face_count() == 0 {
+            return Err(SpectralError::NoSurface);
+        }
+        let operator = match &self.triangles {
+            Triangles::Manifold(mesh) => {
+                let mesh = IntrinsicMesh::from_mesh(mesh).scaled(self.applied().operators);
+                LaplaceBeltrami::new(&mesh, options.operator)
+            }
+            Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options.operator),
+        };
+        operator?.modes(options, progress)
+    }
+
+    /// Modes as scalars `mode_00`, `mode_01`, … at the vertices of the [mesh](Self::mesh): NaN at those that no face uses, and
+    /// the value of one of its fans where several meet in a vertex.
+    pub fn mode_scalars(&self, modes: &Modes) -> Vec<VertexScalars> {
+        let mut scalars = mode_scalars(modes);
+        if let Some(Original { origins, .. }) = &self.original {
+            for scalar in &mut scalars {
+                scalar.values = origins.values(&scalar.values, f32::NAN, |first, _| first);
+            }
+        }
+        scalars
+    }
+}
+
+impl Triangles {
+    /// The triangles alone.
+    pub fn mesh(&self) -> &TriangleMesh {
+        match self {
+            Self::Manifold(mesh) => mesh,
+            Self::Soup { mesh, .. } => mesh,
+        }
+    }
+}
+
+impl From<ManifoldMesh> for Triangulated {
+    fn from(mesh: ManifoldMesh) -> Self {
+        let triangles = Triangles::Manifold(mesh);
+        Self { triangles, notes: Vec::new(), area_left_out: 0.0, factors: None, original: None }
+    }
+}
+
+#[cfg(test)]
+mod tests;
