@@ -130,7 +130,7 @@ fn walk(folder: &Folder, name: &str) {
         &["measure", "cube.obj", name, "--samples", "1000"],
         &["measure", name, "cube.obj", "--samples", "1000"],
         &["render", name, "-o", "out.png", "--size", "32,24", "--wireframe"],
-        &["fit", name, "-o", "out.ndf", "--base-faces", "500"],
+        &["fit", name, "-o", "out.ndf", "--base-faces", "500", "--quiet"],
         &["mesh", name, "-o", "out.ply", "--grid", "24"],
         &["geodesic", name, "-o", "out.ply", "--source-vertex", "0"],
         &["spectrum", name, "-o", "out.ply", "--modes", "3"],
