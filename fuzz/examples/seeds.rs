@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use ndf::{Field, Fit, Kind, Opened};
 use ndf_core::NoProgress;
 use ndf_core::analytic::Sphere;
 use ndf_mesh::shapes;
@@ -24,7 +25,25 @@ fn main() -> std::io::Result<()> {
     write("networks", ndf_surfaces::networks::samples::all())?;
     write("splats", ndf_formats::splats::samples::all())?;
     write("meshes", meshes())?;
-    write("models", models())
+    write("models", models())?;
+    write("extraction", models().into_iter().filter(|(name, _)| *name != "tensors").collect())?;
+    write("checkpoints", vec![("network", checkpoint(Field::Network)), ("levels", checkpoint(Field::Levels))])
+}
+
+/// The end of a short run.
+fn checkpoint(field: Field) -> Vec<u8> {
+    let sphere = Opened::from_surface(Box::new(Sphere::UNIT), Kind::Mesh);
+    let base = ManifoldMesh::try_from(shapes::icosphere(1)).expect("an icosphere is a manifold");
+    let fit = Fit::new(&sphere).base(&base).field(field);
+    let fit = match field {
+        Field::Network => fit.epochs(2).samples(64),
+        _ => fit.levels(LevelOptions { iterations: [4, 4], ..LevelOptions::default() }),
+    };
+    let file = std::env::temp_dir().join(format!("ndf-seed-{}", std::process::id()));
+    fit.run().expect("a sphere is learned").checkpoint.write(&file).expect("a temporary file");
+    let bytes = fs::read(&file).expect("what was written");
+    fs::remove_file(&file).expect("what was written");
+    bytes
 }
 
 /// An untrained model of a sphere: plain, rounded, and as tensors; and one of levels.

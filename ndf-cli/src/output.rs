@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 pub use ndf::text::{grouped, printable, readable};
+use ndf_mesh::io::check_folder;
 use serde_json::{Map, Value};
 
 /// The result of a command, as an object and as a summary for readers.
@@ -77,7 +78,7 @@ impl<E: std::error::Error> From<E> for Failure {
 /// Whether a file can be expected to appear at `path`; asked before work that takes long.
 ///
 /// # Errors
-/// If `path` is a folder, or the folder it names is not there.
+/// If `path` is a folder, or the folder it names is not there or takes no files.
 pub fn check_place(path: &Path) -> Result<(), Failure> {
     let name = path.display();
     if path.is_dir() {
@@ -87,7 +88,9 @@ pub fn check_place(path: &Path) -> Result<(), Failure> {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
             Err(Failure::new(format!("cannot write {name}: there is no folder {}", folder.display())))
         }
-        _ => Ok(()),
+        // A pipe or a device is written in its place.
+        _ if path.exists() && !path.is_file() => Ok(()),
+        _ => check_folder(path).map_err(|e| Failure::new(format!("cannot write {name}: {e}"))),
     }
 }
 

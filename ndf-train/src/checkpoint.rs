@@ -9,6 +9,7 @@ use ndf_model::file::ModelError;
 use serde::{Deserialize, Serialize};
 
 use crate::levels::{LevelCheckpoint, LevelFitError, LevelHeader};
+use crate::likeness::Likeness;
 use crate::settings::SettingsError;
 use crate::state::{Header as NetworkHeader, NetworkCheckpoint};
 
@@ -16,7 +17,16 @@ const MAGIC: &[u8; 8] = b"ndfchk1\n";
 
 /// A run that is not finished: enough to go on exactly as if it had not been interrupted.
 #[derive(Clone, Debug)]
-pub enum Checkpoint {
+pub struct Checkpoint {
+    /// How to know the surface again that is learned, if that is to be compared.
+    pub surface: Option<Likeness>,
+    /// How far learning has come.
+    pub learning: Learning,
+}
+
+/// Where the learning of a field is.
+#[derive(Clone, Debug)]
+pub enum Learning {
     /// The training of a network.
     Network(Box<NetworkCheckpoint>),
     /// The learning of levels.
@@ -25,13 +35,13 @@ pub enum Checkpoint {
 
 impl From<NetworkCheckpoint> for Checkpoint {
     fn from(network: NetworkCheckpoint) -> Self {
-        Self::Network(Box::new(network))
+        Self { surface: None, learning: Learning::Network(Box::new(network)) }
     }
 }
 
 impl From<LevelCheckpoint> for Checkpoint {
     fn from(levels: LevelCheckpoint) -> Self {
-        Self::Levels(Box::new(levels))
+        Self { surface: None, learning: Learning::Levels(Box::new(levels)) }
     }
 }
 
@@ -60,8 +70,16 @@ pub enum CheckpointError {
 
 /// The part of a checkpoint that is words and counts.
 #[derive(Serialize, Deserialize)]
+struct Header {
+    #[serde(default)]
+    surface: Option<Likeness>,
+    #[serde(flatten)]
+    learning: LearningHeader,
+}
+
+#[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
-enum Header {
+enum LearningHeader {
     Network(NetworkHeader),
     Levels(LevelHeader),
 }
@@ -69,22 +87,30 @@ enum Header {
 impl Checkpoint {
     /// Epochs or iterations that were made, and those to be made in all.
     pub fn rounds(&self) -> [usize; 2] {
-        match self {
-            Self::Network(network) => {
+        match &self.learning {
+            Learning::Network(network) => {
                 let settings = network.settings();
                 [network.epoch(), settings.epochs + settings.identity_epochs]
             }
-            Self::Levels(levels) => levels.iterations(),
+            Learning::Levels(levels) => levels.iterations(),
         }
+    }
+
+    /// The same, of this surface: only it will do to go on.
+    #[must_use]
+    pub fn of(self, surface: &Likeness) -> Self {
+        Self { surface: Some(surface.clone()), ..self }
     }
 
     /// The same, to go on for at most so long, or to the end: the limit of the run before does not count.
     #[must_use]
     pub fn with_time_limit(self, limit: Option<Duration>) -> Self {
-        match self {
-            Self::Network(network) => network.with_time_limit(limit).into(),
-            Self::Levels(levels) => levels.with_time_limit(limit).into(),
-        }
+        let Self { surface, learning } = self;
+        let limited: Self = match learning {
+            Learning::Network(network) => network.with_time_limit(limit).into(),
+            Learning::Levels(levels) => levels.with_time_limit(limit).into(),
+        };
+        Self { surface, ..limited }
     }
 
     /// Writes the checkpoint beside the path and renames it, so that an older one is replaced whole or not at all.
@@ -112,16 +138,17 @@ impl Checkpoint {
     /// Layout: magic, CRC-32 of the rest, length of the header, header as JSON, and the numbers of the kind; all
     /// little-endian.
     pub(crate) fn to_bytes(&self) -> Vec<u8> {
-        let (header, numbers) = match self {
-            Self::Network(network) => {
+        let (learning, numbers) = match &self.learning {
+            Learning::Network(network) => {
                 let (header, numbers) = network.to_parts();
-                (Header::Network(header), numbers)
+                (LearningHeader::Network(header), numbers)
             }
-            Self::Levels(levels) => {
+            Learning::Levels(levels) => {
                 let (header, numbers) = levels.to_parts();
-                (Header::Levels(header), numbers)
+                (LearningHeader::Levels(header), numbers)
             }
         };
+        let header = Header { surface: self.surface.clone(), learning };
         let header = serde_json::to_vec(&header).expect("settings are finite numbers and have string keys");
         let mut rest = (header.len() as u64).to_le_bytes().to_vec();
         rest.extend(header);
@@ -149,10 +176,11 @@ impl Checkpoint {
         let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
         let header: Header = serde_json::from_slice(parts.take(length)?)
             .map_err(|e| FileDefect::unsupported(format!("its header is of another version ({e})")))?;
-        Ok(match header {
-            Header::Network(header) => NetworkCheckpoint::from_parts(header, parts)?.into(),
-            Header::Levels(header) => LevelCheckpoint::from_parts(header, parts)?.into(),
-        })
+        let read: Self = match header.learning {
+            LearningHeader::Network(header) => NetworkCheckpoint::from_parts(header, parts)?.into(),
+            LearningHeader::Levels(header) => LevelCheckpoint::from_parts(header, parts)?.into(),
+        };
+        Ok(Self { surface: header.surface, ..read })
     }
 }
 

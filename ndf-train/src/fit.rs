@@ -35,6 +35,8 @@ pub struct FitReport {
     pub seconds: f64,
     /// Of these, spent on projecting, since the last resumption.
     pub seconds_projecting: f64,
+    /// Mean distance to the surface, in the normalised box.
+    pub projection_mean: f64,
     /// Root of the mean squared distance to the surface, in the normalised box.
     pub projection_rms: f64,
     /// Largest distance to the surface, in the normalised box.
@@ -183,7 +185,8 @@ fn measure(trainer: &Trainer<'_>, field: &DisplacementField) -> FitReport {
 
 /// How far a field is from a surface.
 pub(crate) struct Measured {
-    /// Root mean square and largest distance, in the box.
+    /// Mean, root mean square and largest distance, in the box.
+    pub(crate) mean: f64,
     pub(crate) rms: f64,
     pub(crate) max: f64,
     /// Shares.
@@ -203,10 +206,11 @@ impl Measured {
         let samples = sampler.sample(MEASURED_SAMPLES, seed, MEASURING_STREAM);
         let mapped = field.map_with_tangents(&samples);
         let queries: Vec<Query> = mapped.iter().map(|m| Query::at(similarity.to_world(m.point))).collect();
-        let (mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0_f64, 0, 0);
+        let (mut sum, mut squares, mut largest, mut hits, mut flipped) = (0.0, 0.0, 0.0_f64, 0, 0);
         for (foot, mapped) in projected(surface, &queries).iter().zip(&mapped) {
             if let Ok(foot) = foot {
                 let distance = similarity.to_normalised(foot.point).distance(mapped.point);
+                sum += distance;
                 squares += distance * distance;
                 largest = largest.max(distance);
                 hits += 1;
@@ -215,6 +219,7 @@ impl Measured {
         }
         let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
         Self {
+            mean: sum / hits.max(1) as f64,
             rms: (squares / hits.max(1) as f64).sqrt(),
             max: largest,
             flipped: share(flipped, hits),
@@ -228,6 +233,7 @@ impl Measured {
             epochs: 0,
             seconds: 0.0,
             seconds_projecting: 0.0,
+            projection_mean: self.mean,
             projection_rms: self.rms,
             projection_max: self.max,
             cycle_loss: None,

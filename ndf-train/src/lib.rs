@@ -31,6 +31,7 @@ mod fit;
 #[cfg(test)]
 mod gradient_tests;
 pub mod levels;
+mod likeness;
 mod metric;
 pub mod objective;
 mod plan;
@@ -43,9 +44,10 @@ pub mod tape;
 mod trainer;
 
 pub use base::stored_base;
-pub use checkpoint::{Checkpoint, CheckpointError};
+pub use checkpoint::{Checkpoint, CheckpointError, Learning};
 pub use error::TrainError;
 pub use fit::{Fit, FitReport, Log, LogRecord, fit, train};
+pub use likeness::Likeness;
 pub use metric::{MetricReport, measure_metric};
 pub use provenance::{level_provenance, provenance};
 pub use settings::{ReverseMap, Schedule, Settings, SettingsError};

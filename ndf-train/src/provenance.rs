@@ -76,6 +76,7 @@ mod tests {
             epochs: 7,
             seconds: 1.5,
             seconds_projecting: 0.5,
+            projection_mean: 5e-4,
             projection_rms: 1e-3,
             projection_max: 2e-3,
             cycle_loss: None,

@@ -12,7 +12,8 @@ use ndf_mesh::ManifoldMesh;
 use ndf_mesh::shapes;
 use ndf_model::FieldShape;
 use ndf_train::{
-    Checkpoint, CheckpointError, Fit, NetworkCheckpoint, ReverseMap, Schedule, Settings, Trainer, train,
+    Checkpoint, CheckpointError, Fit, Learning, NetworkCheckpoint, ReverseMap, Schedule, Settings, Trainer,
+    train,
 };
 
 fn base() -> ManifoldMesh {
@@ -38,9 +39,9 @@ fn run(trainer: &mut Trainer<'_>, progress: &dyn Progress) -> (Fit, NetworkCheck
 }
 
 fn network(checkpoint: Checkpoint) -> NetworkCheckpoint {
-    match checkpoint {
-        Checkpoint::Network(network) => *network,
-        other @ Checkpoint::Levels(_) => panic!("{other:?}"),
+    match checkpoint.learning {
+        Learning::Network(network) => *network,
+        other @ Learning::Levels(_) => panic!("{other:?}"),
     }
 }
 

@@ -14,7 +14,7 @@ use ndf_mesh::TriangleMesh;
 use ndf_mesh::shapes;
 use ndf_model::Similarity;
 use ndf_train::objective::{Block, Gradients, Needs, Term};
-use ndf_train::{Checkpoint, Settings, TrainError, Trainer, train};
+use ndf_train::{Checkpoint, Learning, Settings, TrainError, Trainer, train};
 
 /// An icosphere, its vertices in another order than any that a file would have.
 fn base() -> ManifoldMesh {
@@ -93,7 +93,9 @@ fn terms_see_the_base_mesh_as_it_was_given() {
     trainer.run_epoch().unwrap();
     let path = std::env::temp_dir().join(format!("ndf-terms-{}", std::process::id()));
     Checkpoint::from(trainer.checkpoint().unwrap()).write(&path).unwrap();
-    let Ok(Checkpoint::Network(checkpoint)) = Checkpoint::read(&path) else { panic!("no network") };
+    let Ok(Checkpoint { learning: Learning::Network(checkpoint), .. }) = Checkpoint::read(&path) else {
+        panic!("no network")
+    };
     std::fs::remove_file(&path).unwrap();
     let before = witness.calls.load(Ordering::Relaxed);
     let mut resumed = Trainer::resumed(&Sphere::UNIT, *checkpoint).unwrap().with_term(1.0, witness.clone());

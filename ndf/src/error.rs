@@ -126,6 +126,7 @@ impl Error {
                 FitError::Band(BandError::Cancelled) | FitError::Cancelled => "cancelled",
                 FitError::Training(error) => training(error),
                 FitError::NotOfLevels(_) => "invalid_option",
+                FitError::OtherSurface => "mismatch",
                 FitError::Levels(error) => match error {
                     LevelFitError::Cancelled(_) => "cancelled",
                     LevelFitError::Option(_) => "invalid_option",

@@ -12,8 +12,8 @@ use crate::{Fitted, Kind, LevelRule};
 
 /// Figures of [`Fitted`], as `ndf fit --json` has them.
 ///
-/// Lengths of these keys are in the box [-1.5, 1.5]³ that the base mesh fills: `projection_rms`, `projection_max`, all of
-/// `cache`, and `cycle_loss`, a mean of squared lengths. [`Model::similarity`](ndf_model::Model::similarity) leads to the
+/// Lengths of these keys are in the box [-1.5, 1.5]³ that the base mesh fills: `projection_mean`, `projection_rms`, `projection_max`, all
+/// of `cache`, and `cycle_loss`, a mean of squared lengths. [`Model::similarity`](ndf_model::Model::similarity) leads to the
 /// input's units.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
@@ -37,6 +37,8 @@ pub struct FitFigures {
     pub epochs: usize,
     /// Whether training ended before its last epoch.
     pub interrupted: bool,
+    /// Mean distance to the surface.
+    pub projection_mean: f64,
     /// Root of the mean squared distance to the surface.
     pub projection_rms: f64,
     /// Largest distance to the surface.
@@ -144,6 +146,7 @@ impl Fitted {
             seconds_projecting: report.seconds_projecting,
             epochs: report.epochs,
             interrupted: report.interrupted,
+            projection_mean: report.projection_mean,
             projection_rms: report.projection_rms,
             projection_max: report.projection_max,
             cycle_loss: report.cycle_loss,

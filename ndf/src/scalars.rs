@@ -157,7 +157,14 @@ fn add_to_provenance(model: &mut Model, settings: &impl Serialize, figures: &Sca
     let metrics = json!({"rms_error": figures.rms_error, "max_error": figures.max_error});
     let record = json!({"settings": settings, "scalars": names, "metrics": metrics});
     match object.entry("scalars").or_insert_with(|| json!([])) {
-        Value::Array(records) => records.push(record),
+        Value::Array(records) => {
+            // Of scalars that were replaced nothing is left to tell.
+            records.retain(|earlier| {
+                let mut told = earlier["scalars"].as_array().into_iter().flatten().filter_map(Value::as_str);
+                !told.any(|name| names.contains(&name))
+            });
+            records.push(record);
+        }
         other => *other = json!([record]),
     }
     model.provenance = provenance.to_string();

@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let opened = open(&input, &arguments.parts.opening(&arguments.reading)?, context)?;
     let fit = arguments.training.fit(&opened, context.seed())?;
-    let fitted = learned(fit, &input, context)?;
+    let fitted = learned(fit, &input, None, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));
     }

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
     checkpoint_every: Duration,
     /// Continue from a checkpoint, with its field, base mesh and settings; a new time limit may be set.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "field", "size", "error", "Training"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["base", "base_faces", "field", "size", "error", "seed", "Training"])]
     resume: Option<PathBuf>,
     /// Write a line of JSON for every batch of a network (losses, learning rate, share of flipped samples, times), or for
     /// every run and iteration of levels (distances as shares of the diagonal, bytes, price of a bit, time).
@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Ok(()) => is_kept = true,
         Err(e) => context.warn(&format!("cannot write {}: {e}", kept.display())),
     });
-    let fitted = learned(fit, &arguments.input, context)?;
+    let fitted = learned(fit, &arguments.input, arguments.resume.as_deref(), context)?;
     let is_saved = save_checkpoint(arguments, &fitted)?;
     let bytes = fitted.model.to_bytes();
     let path = arguments.output.display().to_string();
@@ -155,11 +155,17 @@ fn unwritten(path: &str, error: &std::io::Error, fitted: &Fitted, kept: &Path) -
     }
 }
 
-/// Learns what was read from a file, with progress and warnings. An interrupted run gives what it has learned.
+/// Learns what was read from a file, with progress and warnings, from the beginning or from the checkpoint of this name. An
+/// interrupted run gives what it has learned.
 ///
 /// # Errors
 /// If training fails, or is interrupted before it has begun.
-pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, Failure> {
+pub fn learned(
+    fit: Fit<'_>,
+    path: &Path,
+    resumed: Option<&Path>,
+    context: &Context,
+) -> Result<Fitted, Failure> {
     let name = path.display();
     let progress = context.progress().cancelled_by(interrupt::flag());
     fit.progress(&progress).on_note(|note| context.warn_of(&name, note)).run().map_err(|error| {
@@ -178,9 +184,14 @@ pub fn learned(fit: Fit<'_>, path: &Path, context: &Context) -> Result<Fitted, F
             FitError::Levels(LevelFitError::Levels(LevelsError::Faces)) => {
                 failure.try_instead("ask for fewer with --base-faces")
             }
-            FitError::Cancelled => {
-                failure.try_instead("nothing was learned, so there is no checkpoint to go on from")
-            }
+            FitError::OtherSurface => failure.try_instead(
+                "give the input and the options that the run began with, or begin anew without --resume",
+            ),
+            FitError::Cancelled => match resumed {
+                Some(checkpoint) => failure
+                    .try_instead(&format!("{} is as it was; go on from it again", checkpoint.display())),
+                None => failure.try_instead("nothing was learned, so there is no checkpoint to go on from"),
+            },
             _ => failure,
         }
     })
@@ -330,7 +341,12 @@ fn outcome(path: &str, fitted: &Fitted, seconds_reading: f64) -> Result<Outcome,
     rows.extend([
         (
             "distance to the input",
-            format!("{} rms, {} at most", readable(fitted.distance_rms()), readable(fitted.distance_max())),
+            format!(
+                "mean {}, rms {}, at most {}",
+                readable(fitted.distance_mean()),
+                readable(fitted.distance_rms()),
+                readable(fitted.distance_max())
+            ),
         ),
         ("turned against it", format!("{:.3} %", 100.0 * report.flipped_fraction)),
         ("training", training),

@@ -149,6 +149,18 @@ impl FitArguments {
         }
     }
 
+    /// Tells when scalars on levels could not be as small or as close as was asked for.
+    fn warn_of_missed(&self, figures: &ScalarFigures, context: &Context) {
+        if let Some(size) = self.size.filter(|&size| figures.bytes > size as usize) {
+            let (bytes, size) = (grouped(figures.bytes), grouped(size as usize));
+            context.warn(&format!("the scalars take {bytes} bytes, not {size}: so much do their parts need"));
+        }
+        if let Some(error) = self.error.filter(|&error| figures.rms_error > error) {
+            let (found, error) = (100.0 * figures.rms_error, 100.0 * error);
+            context.warn(&format!("the scalars are off by {found:.3} % of their ranges rms, not {error:.3} %: finer levels would not fit"));
+        }
+    }
+
     /// The scalars to be learned.
     fn wanted(&self, file: MeshFile) -> Result<Vec<VertexScalars>, Failure> {
         let name = self.values.display();
@@ -198,6 +210,7 @@ fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failu
             error => Failure::new(format!("{model}: {error}")),
         }
     })?;
+    arguments.warn_of_missed(&figures, context);
     let text = summary(&figures, &model);
     let bytes = model.to_bytes();
     let path = arguments.output.display().to_string();

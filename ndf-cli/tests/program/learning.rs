@@ -370,6 +370,14 @@ fn interrupted_levels_are_resumed_without_a_trace() {
     let text = ndf(&folder.0, &["info", "broken.ndf.checkpoint"]);
     assert!(text.stdout.contains("for 0.02 % of the diagonal, after 1 attempt"), "{}", text.stdout);
     let mut damaged = std::fs::read(&checkpoint).unwrap();
+    // Only the surface that the run began with will do, and nothing that the checkpoint has may be given again.
+    ndf(&folder.0, &["sample", "mesh", "--shape", "sphere", "-o", "sphere.ply"]);
+    let other = ["fit", "sphere.ply", "-o", "x.ndf", "--resume", "broken.ndf.checkpoint"];
+    assert!(ndf(&folder.0, &other).sentence().contains("learned another surface"));
+    let seeded = ["fit", "torus.ply", "-o", "x.ndf", "--resume", "broken.ndf.checkpoint", "--seed", "1"];
+    assert!(ndf(&folder.0, &seeded).stderr.contains("--seed"));
+    let extracted = ["extract", "broken.ndf.checkpoint", "-o", "x.ply", "--edge-length", "0.1"];
+    assert!(ndf(&folder.0, &extracted).sentence().contains("is a checkpoint, not"));
     let resumed = ["fit", "torus.ply", "-o", "broken.ndf", "--resume", "broken.ndf.checkpoint", "--quiet"];
     let resumed = ndf(&folder.0, &[&resumed[..], &["--json"]].concat()).json();
     assert!(!checkpoint.exists());

@@ -49,6 +49,10 @@ fn distances_and_modes_are_stored_and_come_back() {
     assert_eq!(info["bytes"]["scalars"].as_u64(), Some(bytes(&fit) + bytes(&both)));
     assert_eq!(info["bytes"]["total"], both["model_bytes"]);
     assert_eq!(info["provenance"]["scalars"].as_array().map(Vec::len), Some(2));
+    // Learned again, a set takes the place of the one before; more is not told of it than before.
+    learn(&folder, "both.ndf", "distance.ply", "again.ndf", &more);
+    let read = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    assert!(read("again.ndf") == read("both.ndf"));
     let text = ndf(&folder.0, &["info", "both.ndf"]).stdout;
     assert!(text.contains("mode_03, distance"), "{text}");
 

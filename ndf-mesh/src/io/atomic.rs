@@ -82,7 +82,25 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     // As other files are made: what the mask of the process leaves of it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder(path))
+    builder.tempfile_in(folder(path)).map_err(of_system)
+}
+
+/// The error of the system alone: the name of a temporary file would only puzzle.
+fn of_system(error: io::Error) -> io::Error {
+    let cause = error.get_ref().and_then(|error| error.source()).and_then(|e| e.downcast_ref::<io::Error>());
+    match cause.and_then(io::Error::raw_os_error) {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error,
+    }
+}
+
+/// Whether a file can be made in the folder of `path`; tried with one that has no name.
+///
+/// # Errors
+/// What the system says.
+pub fn check_folder(path: impl AsRef<Path>) -> io::Result<()> {
+    let path = resolved(path.as_ref())?;
+    tempfile::tempfile_in(folder(&path)).map(drop).map_err(of_system)
 }
 
 #[cfg(all(test, unix))]

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use crate::TriangleMesh;
 
-pub use atomic::atomic_write;
+pub use atomic::{atomic_write, check_folder};
 pub use defect::FileDefect;
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};

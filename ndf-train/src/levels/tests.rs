@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::*;
-use crate::{Checkpoint, CheckpointError};
+use crate::{Checkpoint, CheckpointError, Learning};
 use ndf_core::analytic::{Sphere, Torus};
 use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, NoProgress, Query};
 use ndf_mesh::shapes;
@@ -198,9 +198,9 @@ impl Example {
 
 fn written_and_read(checkpoint: LevelCheckpoint) -> LevelCheckpoint {
     let bytes = Checkpoint::from(checkpoint).to_bytes();
-    match Checkpoint::from_bytes(&bytes).unwrap() {
-        Checkpoint::Levels(levels) => *levels,
-        other @ Checkpoint::Network(_) => panic!("{other:?}"),
+    match Checkpoint::from_bytes(&bytes).unwrap().learning {
+        Learning::Levels(levels) => *levels,
+        other @ Learning::Network(_) => panic!("{other:?}"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checkpoints.
 
-use ndf_train::Checkpoint;
 use ndf_train::levels::Sharpness;
+use ndf_train::{Checkpoint, Learning};
 use serde::Serialize;
 
 /// A run that is not finished.
@@ -35,9 +35,9 @@ impl CheckpointDescription {
     /// What a checkpoint holds.
     pub fn of(checkpoint: &Checkpoint) -> Self {
         let [rounds, of] = checkpoint.rounds();
-        let (field, base, levels) = match checkpoint {
-            Checkpoint::Levels(levels) => ("levels", levels.base(), Some(levels)),
-            Checkpoint::Network(network) => ("network", network.model().field.base(), None),
+        let (field, base, levels) = match &checkpoint.learning {
+            Learning::Levels(levels) => ("levels", levels.base(), Some(levels)),
+            Learning::Network(network) => ("network", network.model().field.base(), None),
         };
         let search = levels.and_then(|levels| levels.search.as_ref());
         Self {

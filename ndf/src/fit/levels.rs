@@ -11,7 +11,7 @@ use ndf_model::{Model, Similarity};
 use ndf_train::levels::{
     Attempt, Budget, LevelCheckpoint, LevelFit, LevelFitError, LevelOptions, LevelTrainer, Search,
 };
-use ndf_train::{Checkpoint, Settings, level_provenance, measure_metric, stored_base};
+use ndf_train::{Checkpoint, Learning, Likeness, Settings, level_provenance, measure_metric, stored_base};
 
 use super::{Base, Fit, FitError, Fitted, Notes, OnCheckpoint, OnRecord, PROGRAM, Record, faces, file_name};
 use crate::Note;
@@ -44,6 +44,7 @@ struct Learned<'a> {
 /// Learns on one base mesh after the other.
 struct Learner<'f, 'a> {
     fit: &'f Fit<'a>,
+    surface: &'f Likeness,
     log: Option<OnRecord<'a>>,
     keep: Option<(Duration, OnCheckpoint<'a>)>,
     /// When the last checkpoint was passed on, or else the run began: attempts may be shorter than the time between two.
@@ -57,13 +58,13 @@ struct Learner<'f, 'a> {
 }
 
 impl Fit<'_> {
-    pub(super) fn run_levels(mut self) -> Result<Fitted, FitError> {
+    pub(super) fn run_levels(mut self, surface: &Likeness) -> Result<Fitted, FitError> {
         let started = Instant::now();
         self.refuse_what_is_of_networks()?;
         let mut notes = Notes { all: Vec::new(), noted: self.noted.take() };
         let (log, keep) = (self.log.take(), self.keep.take());
         let resumed = match std::mem::replace(&mut self.base, Base::Suited) {
-            Base::Resumed(Checkpoint::Levels(checkpoint)) => Some(*checkpoint),
+            Base::Resumed(Checkpoint { learning: Learning::Levels(checkpoint), .. }) => Some(*checkpoint),
             base => {
                 self.base = base;
                 None
@@ -78,14 +79,15 @@ impl Fit<'_> {
             }
         };
         let deadline = limit.and_then(|limit| started.checked_add(limit));
-        let mut learner = Learner { fit: &self, log, keep, kept_at: started, deadline, resumed, base: None };
+        let mut learner =
+            Learner { fit: &self, surface, log, keep, kept_at: started, deadline, resumed, base: None };
         let learned = match search {
             None => learner.learn(&options, None, self.progress)?,
             Some(search) => learner.search(&options, search, &mut notes)?,
         };
         drop(learner);
         notes.add_all(&learned.base.notes);
-        Ok(self.finish(learned, notes))
+        Ok(self.finish(learned, surface, notes))
     }
 
     /// Makes a base mesh, where none was brought, and caches the field where that is costly.
@@ -136,7 +138,7 @@ impl Fit<'_> {
         }
     }
 
-    fn finish(&self, learned: Learned<'_>, mut notes: Notes<'_>) -> Fitted {
+    fn finish(&self, learned: Learned<'_>, surface: &Likeness, mut notes: Notes<'_>) -> Fitted {
         let Learned { base, options, fit, checkpoint } = learned;
         let LevelFit { field, report, .. } = fit;
         let is_cancelled = self.progress.cancelled();
@@ -160,7 +162,7 @@ impl Fit<'_> {
             base_report: base.report.clone(),
             band: base.band.as_ref().map(|band| band.figures),
             metric_report,
-            checkpoint: checkpoint.into(),
+            checkpoint: Checkpoint::from(checkpoint).of(surface),
             notes: notes.all,
         }
     }
@@ -203,10 +205,10 @@ impl<'f> Learner<'f, '_> {
             trainer = trainer.logging(|record| log(&Record::Levels(record)));
         }
         if let Some((every, keep)) = &mut self.keep {
-            let (last, kept_at) = (self.kept_at, &mut self.kept_at);
+            let (surface, last, kept_at) = (self.surface, self.kept_at, &mut self.kept_at);
             trainer = trainer.keeping(*every, last, |mut checkpoint| {
                 checkpoint.search = search.cloned();
-                keep(&checkpoint.into());
+                keep(&Checkpoint::from(checkpoint).of(surface));
                 *kept_at = Instant::now();
             });
         }
@@ -275,7 +277,8 @@ impl<'f> Learner<'f, '_> {
         if interrupted {
             learned.fit.report.interrupted = true;
             learned.checkpoint = last.unwrap_or(learned.checkpoint);
-        } else if learned.fit.mean > search.wanted {
+        }
+        if learned.fit.mean > search.wanted && !self.fit.progress.cancelled() {
             notes.add(Note::ErrorMissed { wanted: search.wanted, reached: learned.fit.mean });
         }
         Ok(learned)

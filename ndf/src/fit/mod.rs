@@ -14,8 +14,8 @@ use ndf_surfaces::narrow_band::BandError;
 use ndf_train::levels::{LevelFitError, LevelOptions, LevelRecord};
 use ndf_train::objective::Term;
 use ndf_train::{
-    Checkpoint, FitReport, LogRecord, MetricReport, NetworkCheckpoint, Settings, TrainError, Trainer,
-    provenance, stored_base, train,
+    Checkpoint, FitReport, Learning, Likeness, LogRecord, MetricReport, NetworkCheckpoint, Settings,
+    TrainError, Trainer, provenance, stored_base, train,
 };
 
 use crate::band::BandFigures;
@@ -106,6 +106,9 @@ pub enum FitError {
     /// Anchors, terms and settings are those of networks.
     #[error("a field of levels has no {0}; learn a network instead")]
     NotOfLevels(&'static str),
+    /// The run to go on from learned another surface, or the same one read in another way.
+    #[error("the checkpoint is of a run that learned another surface, or this one read with other options")]
+    OtherSurface,
     /// The observer asked to stop before training began, so that there is nothing to keep.
     #[error("interrupted before training began")]
     Cancelled,
@@ -318,11 +321,13 @@ impl<'a> Fit<'a> {
     /// learned, which [`FitReport::interrupted`] says; its checkpoint lets it go on.
     ///
     /// # Errors
-    /// If there is no base mesh, the settings are not usable, training diverges, or the run is stopped before training.
+    /// If there is no base mesh, the settings are not usable, what is resumed learned another surface, training diverges, or
+    /// the run is stopped before training.
     pub fn run(self) -> Result<Fitted, FitError> {
         let mut chosen = None;
+        let surface = self.likeness()?;
         let field = match (&self.base, self.field) {
-            (Base::Resumed(Checkpoint::Network(_)), _) => Field::Network,
+            (Base::Resumed(Checkpoint { learning: Learning::Network(_), .. }), _) => Field::Network,
             (Base::Resumed(_), _) => Field::Levels,
             (_, Field::Auto) => {
                 chosen = self.only_of_networks();
@@ -331,8 +336,23 @@ impl<'a> Fit<'a> {
             (_, field) => field,
         };
         match field {
-            Field::Network => self.run_network(chosen.map(|what| Note::NetworkNeeded { what })),
-            Field::Levels | Field::Auto => self.run_levels(),
+            Field::Network => self.run_network(&surface, chosen.map(|what| Note::NetworkNeeded { what })),
+            Field::Levels | Field::Auto => self.run_levels(&surface),
+        }
+    }
+
+    /// How to know the surface again. What is resumed must know it.
+    fn likeness(&self) -> Result<Likeness, FitError> {
+        let surface = &*self.opened.surface;
+        match &self.base {
+            Base::Resumed(Checkpoint { surface: Some(likeness), .. }) => {
+                if likeness.is_of(surface) {
+                    Ok(likeness.clone())
+                } else {
+                    Err(FitError::OtherSurface)
+                }
+            }
+            _ => Ok(Likeness::of(surface)),
         }
     }
 
@@ -343,7 +363,7 @@ impl<'a> Fit<'a> {
         self.of_networks.filter(|_| !matches!(self.base, Base::Resumed(_))).or(given)
     }
 
-    fn run_network(self, chosen: Option<Note>) -> Result<Fitted, FitError> {
+    fn run_network(self, surface: &Likeness, chosen: Option<Note>) -> Result<Fitted, FitError> {
         let Self { opened, settings, base, anchors, terms, progress, mut log, keep, noted, .. } = self;
         let mut notes = Notes { all: Vec::new(), noted };
         notes.add_all(chosen.as_slice());
@@ -356,17 +376,19 @@ impl<'a> Fit<'a> {
             Ok::<_, FitError>(Start::Fresh(Box::new(ready(&made.mesh)?)))
         };
         let start = match base {
-            Base::Resumed(Checkpoint::Network(checkpoint)) => Start::Resumed(checkpoint),
+            Base::Resumed(Checkpoint { learning: Learning::Network(checkpoint), .. }) => {
+                Start::Resumed(checkpoint)
+            }
             Base::Brought(mesh) => Start::Fresh(Box::new(ready(mesh)?)),
             Base::Made(options) => made(&options)?,
             Base::Suited | Base::Resumed(_) => made(&faces(BASE_FACES))?,
         };
         let base = start.base();
         let band = opened.band(&base, progress)?;
-        let surface: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
+        let projected: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
         let mut trainer = match start {
-            Start::Resumed(checkpoint) => Trainer::resumed(surface, *checkpoint)?,
-            Start::Fresh(base) => Trainer::with_stored_base(surface, *base, &settings)?,
+            Start::Resumed(checkpoint) => Trainer::resumed(projected, *checkpoint)?,
+            Start::Fresh(base) => Trainer::with_stored_base(projected, *base, &settings)?,
         };
         if band.is_some() {
             trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);
@@ -378,7 +400,8 @@ impl<'a> Fit<'a> {
             trainer = trainer.with_term(weight, term);
         }
         if let Some((every, mut keep)) = keep {
-            trainer = trainer.keeping(every, move |checkpoint| keep(&checkpoint.into()));
+            trainer =
+                trainer.keeping(every, move |checkpoint| keep(&Checkpoint::from(checkpoint).of(surface)));
         }
         let mut log = log.as_mut().map(|log| |record: &LogRecord<'_>| log(&Record::Network(record)));
         let log = log.as_mut().map(|log| log as ndf_train::Log<'_>);
@@ -397,7 +420,7 @@ impl<'a> Fit<'a> {
             base_report,
             band: band.as_ref().map(|band| band.figures),
             metric_report: None,
-            checkpoint: checkpoint.into(),
+            checkpoint: Checkpoint::from(checkpoint).of(surface),
             notes: notes.all,
         })
     }
@@ -416,6 +439,11 @@ fn file_name(opened: &Opened) -> Option<String> {
 }
 
 impl Fitted {
+    /// Mean distance of the learned surface from the true one, in its units.
+    pub fn distance_mean(&self) -> f64 {
+        self.model.similarity.length_to_world(self.report.projection_mean)
+    }
+
     /// Root of the mean squared distance of the learned surface from the true one, in its units.
     pub fn distance_rms(&self) -> f64 {
         self.model.similarity.length_to_world(self.report.projection_rms)

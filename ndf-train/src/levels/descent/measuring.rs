@@ -167,7 +167,7 @@ impl Descent<'_> {
             }
         }
         let flipped = flipped as f64 / f64::from(found.max(1));
-        Measured { rms: self.rms * self.unit, max, flipped, missed: self.missed }
+        Measured { mean: self.mean * self.unit, rms: self.rms * self.unit, max, flipped, missed: self.missed }
     }
 
     /// Of every point of the boundary the direction along the surface that leads away from it.
