@@ -16,6 +16,15 @@ pub enum GeodesicError {
         /// The point.
         point: SurfacePoint,
     },
+    /// Faces are so slender that the wavefront does not come to an end.
+    #[error(
+        "the faces are too slender for exact distances: more than {windows} windows were made; \
+         remesh the surface, or use the heat method"
+    )]
+    TooManyWindows {
+        /// The most that are made on such a mesh.
+        windows: u64,
+    },
     /// The observer stopped the work.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

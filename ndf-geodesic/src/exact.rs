@@ -88,7 +88,8 @@ impl Geodesics<'_> {
 /// shortest path can take.
 ///
 /// # Errors
-/// If there is no source, a source, target or joined vertex is not on the mesh, or the observer cancels.
+/// If there is no source, a source, target or joined vertex is not on the mesh, faces are so slender that windows multiply
+/// without end, or the observer cancels.
 pub fn exact_distances<'a>(
     mesh: &'a IntrinsicMesh,
     sources: &[SurfacePoint],

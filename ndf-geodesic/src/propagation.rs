@@ -21,6 +21,11 @@ use crate::windows::{TIE, Window};
 /// Tasks between two looks at the observer.
 const TASKS_PER_REPORT: u64 = 4096;
 
+/// The most windows that are made, for every face: what practice needs is some hundred, and on meshes of fewer than ten thousand
+/// faces not even the worst case needs so many (Mitchell, Mount and Papadimitriou 1987). Faces so slender that lengths do not
+/// determine them let windows multiply without end.
+const MAX_WINDOWS: u64 = 10_000;
+
 /// What an exact computation took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
@@ -115,6 +120,7 @@ impl<'a> Wavefront<'a> {
     /// Runs until nothing waits.
     pub(crate) fn run(&mut self, progress: &dyn Progress) -> Result<(), GeodesicError> {
         let mut settled = 0;
+        let most = MAX_WINDOWS * (self.mesh.face_count() as u64 + 100);
         self.tighten_bound();
         while let Some((distance, task)) = self.front.pop() {
             match task {
@@ -128,6 +134,9 @@ impl<'a> Wavefront<'a> {
                 Task::Edge(halfedge) => self.cross(halfedge),
             }
             self.report.tasks += 1;
+            if self.report.windows + self.pending.waiting as u64 > most {
+                return Err(GeodesicError::TooManyWindows { windows: most });
+            }
             if self.report.tasks.is_multiple_of(TASKS_PER_REPORT) {
                 progress.check()?;
                 progress.report("geodesic distances", settled as f64 / self.mesh.vertex_count() as f64);

@@ -260,6 +260,22 @@ fn edges_without_length_and_flat_faces_are_crossed() {
     assert!(HeatSolver::new(&intrinsic).unwrap().distances(&[SurfacePoint::Vertex(Vertex(0))]).is_ok());
 }
 
+/// Spheres so flat that lengths do not determine their faces: distances, or an error in bounded time and memory.
+#[test]
+fn windows_do_not_multiply_without_end() {
+    let round = shapes::icosphere(3);
+    for flat in [1e-8, 1e-10, 1e-12, 0.0] {
+        let mesh = intrinsic(&round.map_positions(|p| DVec3::new(p.x, flat * p.y, flat * p.z)));
+        let source = [SurfacePoint::Vertex(Vertex(0))];
+        for options in [ExactOptions::default(), ExactOptions::with_windows()] {
+            match exact_distances(&mesh, &source, &options, &NoProgress) {
+                Ok(geodesics) => assert!(geodesics.distances().iter().all(|d| *d < 8.0), "{flat}"),
+                Err(error) => assert!(error.to_string().contains("too slender"), "{flat}: {error}"),
+            }
+        }
+    }
+}
+
 #[test]
 fn coinciding_sources_are_one() {
     let mesh = intrinsic(&shapes::torus(20, 10, 1.0, 0.4));

@@ -310,6 +310,7 @@ fn geodesic(error: &GeodesicError) -> &'static str {
         GeodesicError::Cancelled(_) => "cancelled",
         GeodesicError::Unreached { .. } => "unreached",
         GeodesicError::PathLost { .. } => "path_lost",
+        GeodesicError::TooManyWindows { .. } => "ill_conditioned",
         GeodesicError::Matrices(error) => spectral(error),
         // Options of the library beneath.
         _ => "invalid_option",

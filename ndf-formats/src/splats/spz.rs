@@ -8,8 +8,11 @@ use ndf_mesh::io::FileDefect;
 
 use super::{SPZ_MAGIC, Splat, SplatError};
 
-/// What the contents may be, in sizes of the file. The best gzip can do is about a thousand.
-const MOST_GROWTH: u64 = 1100;
+/// What the contents may be, in sizes of the file. Rounded attributes shrink to a half or a third.
+const MOST_GROWTH: u64 = 64;
+
+/// Bytes of a splat at most: with harmonics of degree 3.
+const MOST_OF_SPLAT: u64 = 65;
 
 /// Whether gzip holds something that begins like this.
 pub(super) fn begins_within_gzip(bytes: &[u8], magic: &[u8]) -> bool {
@@ -27,8 +30,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     if bytes.starts_with(SPZ_MAGIC) {
         return plain(bytes);
     }
-    plain(&inflated(bytes, MOST_GROWTH * bytes.len() as u64)?)
+    let header = Header::parse(&inflated(bytes, HEADER)?)?;
+    let needed: u64 = header.sizes().map(|size| size as u64).iter().sum();
+    if needed > MOST_GROWTH * bytes.len() as u64 {
+        let text = format!("{} splats are too many for the size of the file", header.count);
+        return Err(FileDefect::too_large(text).into());
+    }
+    plain(&inflated(bytes, HEADER + MOST_OF_SPLAT * header.count as u64)?)
 }
+
+/// Bytes of the header.
+const HEADER: u64 = 16;
 
 /// Magic, version, number of splats, degree of the harmonics, fractional bits, flags.
 struct Header {

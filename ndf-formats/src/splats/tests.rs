@@ -137,6 +137,16 @@ fn bad_files_are_refused() {
         assert!(matches!(error(&spz(version, u32::MAX)), SplatError::Damaged(_)), "{version}");
     }
     assert_eq!(error(&spz(3, 0)), SplatError::Empty);
+    // Gzip makes a few kilobytes of a hundred thousand splats of zeros, and of as many million.
+    let packed = |count: u32, zeros: usize| {
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut gzip, &[spz(2, count), vec![0; zeros]].concat()).unwrap();
+        gzip.finish().unwrap()
+    };
+    for count in [100_000, 100_000_000] {
+        let SplatError::Damaged(defect) = error(&packed(count, 1_900_000)) else { panic!("{count}") };
+        assert!(defect.to_string().contains("too many for the size of the file"), "{defect}");
+    }
     assert!(matches!(error(b"NGSP"), SplatError::Damaged(_)));
 }
 

@@ -7,20 +7,21 @@ use zip::ZipArchive;
 
 use super::{Container, Contents, TensorError, npy};
 
-/// What an entry may grow to when it is unpacked, in sizes of the archive. Weights hardly compress.
+/// What all entries may grow to when they are unpacked, in sizes of the archive. Weights hardly compress.
 const MOST_GROWTH: u64 = 64;
 
 /// A zip archive in memory.
 pub(crate) struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
-    limit: u64,
+    /// Bytes that may still be unpacked: entries may overlap.
+    left: u64,
 }
 
 impl<'a> Archive<'a> {
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
         let zip = ZipArchive::new(Cursor::new(bytes));
         let zip = zip.map_err(|e| FileDefect::undecodable(format!("as a zip archive: {e}")))?;
-        Ok(Self { zip, limit: MOST_GROWTH * bytes.len() as u64 })
+        Ok(Self { zip, left: MOST_GROWTH * bytes.len() as u64 })
     }
 
     pub(crate) fn names(&self) -> Vec<String> {
@@ -32,13 +33,14 @@ impl<'a> Archive<'a> {
         let of_entry = |what: String| format!("entry {name} of the archive: {what}");
         let entry = self.zip.by_name(name).map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
         let size = entry.size();
-        if size > self.limit {
+        if size > self.left {
             let text = of_entry(format!("{size} bytes are too many for the size of the file"));
             return Err(FileDefect::too_large(text));
         }
         let mut contents = Vec::new();
-        let read = entry.take(self.limit).read_to_end(&mut contents);
-        read.map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
+        let read = entry.take(self.left).read_to_end(&mut contents);
+        let read = read.map_err(|e| FileDefect::undecodable(of_entry(e.to_string())))?;
+        self.left -= read as u64;
         Ok(contents)
     }
 }

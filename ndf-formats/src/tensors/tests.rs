@@ -40,6 +40,28 @@ fn archives_of_arrays() {
     assert!(error(&zip_of(&[("notes.txt", b"hello")])).contains("no tensors"));
 }
 
+/// No entry is too large for the archive, but all of them together are: they might share their bytes in the file.
+#[test]
+fn entries_together_may_not_grow_without_end() {
+    use std::io::Write;
+    let zeros = npy("<f4", "(25000,)", &[0; 100_000]);
+    let archive = |entries: usize| {
+        let options = zip::write::SimpleFileOptions::default();
+        let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        for k in 0..entries {
+            let deflated = options.compression_method(zip::CompressionMethod::Deflated);
+            zip.start_file(format!("{k}.npy"), deflated).unwrap();
+            zip.write_all(&zeros).unwrap();
+        }
+        // What does not shrink.
+        zip.start_file("noise", options.compression_method(zip::CompressionMethod::Stored)).unwrap();
+        zip.write_all(&[7; 5_000]).unwrap();
+        zip.finish().unwrap().into_inner()
+    };
+    assert_eq!(TensorFile::parse(&archive(3)).unwrap().get("2").unwrap().shape(), [25_000]);
+    assert!(error(&archive(200)).contains("too many for the size of the file"));
+}
+
 #[test]
 fn torch_archives_with_any_strides() {
     let archive = |pickle: &[u8]| zip_of(&[("model/data.pkl", pickle), ("model/data/0", &floats(&SIX))]);

@@ -22,6 +22,8 @@ use crate::locating::FaceLayout;
 /// so that its ends come near each other, the edge stays whole however far its middle is away, and the faces on it
 /// become ever flatter: further rounds would go on without end. Flips and collapses clear such spots.
 const EXTRA_ROUNDS: usize = 4;
+/// From so many faces on, it is asked how many there will be before they are made.
+const FORETOLD: usize = 1 << 20;
 /// Places are exact for so many rounds.
 const MOST_ROUNDS: usize = 22;
 
@@ -90,7 +92,10 @@ pub(super) fn subdivide(
     let needed = (forest.longest(&points) / limit).log2().ceil().max(0.0) as usize;
     for _ in 0..needed.saturating_add(EXTRA_ROUNDS).min(MOST_ROUNDS) {
         let Some(growth) = forest.plan(&points, limit) else { break };
-        if growth.leaves > options.max_faces {
+        let is_many = growth.leaves > FORETOLD;
+        if growth.leaves > options.max_faces
+            || is_many && forest.foretold(&points, limit) > options.max_faces as f64
+        {
             return Err(ExtractionError::TooManyFaces(options.max_faces));
         }
         if layouts.is_empty() {
@@ -167,6 +172,18 @@ impl Forest {
             a.distance(b).max(b.distance(c)).max(c.distance(a))
         };
         self.last().0.par_iter().map(longest).reduce(|| 0.0, f64::max)
+    }
+
+    /// How many faces the last level would be cut into at least if its pieces were flat. Templates halve all sides that are
+    /// long: a piece falls into as many as its two shorter sides have parts, whatever its area.
+    fn foretold(&self, points: &[DVec3], limit: f64) -> f64 {
+        let parts = |piece: &Piece| {
+            let [a, b, c] = piece.corners.map(|v| points[v as usize]);
+            let mut sides = [a.distance(b), b.distance(c), c.distance(a)];
+            sides.sort_by(f64::total_cmp);
+            (sides[0] / limit).max(1.0) * (sides[1] / limit).max(1.0)
+        };
+        self.last().0.par_iter().map(parts).sum()
     }
 
     /// Decides how the pieces of the last level are cut, and numbers what comes about; `None` if nothing does.
