@@ -4,12 +4,14 @@ use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::num::NonZero;
+use std::path::Path;
 
 use clap::Args;
-use ndf::Note;
+use ndf::{Note, TriangleMesh};
+use ndf_mesh::io::{Positions, VertexScalars, WriteError, write_mesh_with};
 use ndf_mesh::repair::RepairNote;
 
-use crate::output::{Failure, Outcome, printable};
+use crate::output::{Failure, Outcome, printable, readable};
 use crate::progress::ShownProgress;
 
 /// Options every command takes.
@@ -22,6 +24,9 @@ pub struct Options {
     /// Show no progress.
     #[arg(long, global = true)]
     pub quiet: bool,
+    /// Write positions in PLY files in double precision, also where single precision would do.
+    #[arg(long, global = true)]
+    pub double: bool,
     /// Number of threads [default: all cores].
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -84,6 +89,29 @@ impl Context {
             _ => "",
         };
         self.warn(&format!("{name}: {note}{advice}"));
+    }
+
+    /// Writes a mesh with scalars in the format that its name says. Warns where the format rounds its vertices visibly.
+    ///
+    /// # Errors
+    /// If the name or a scalar is not usable, or the file cannot be written.
+    pub fn write_mesh(
+        &self,
+        path: &Path,
+        mesh: &TriangleMesh,
+        scalars: &[VertexScalars],
+    ) -> Result<(), WriteError> {
+        let positions = if self.options.double { Positions::Double } else { Positions::Suited };
+        let rounding = write_mesh_with(path, mesh, scalars, positions)?;
+        if rounding.is_coarse() {
+            self.warn(&format!(
+                "{}: this format has single precision, which moved vertices by up to {}, far from the origin as they are; \
+                 .ply and .obj keep them",
+                path.display(),
+                readable(rounding.moved)
+            ));
+        }
+        Ok(())
     }
 
     /// Prints the outcome of the command to the standard output, as the options ask.

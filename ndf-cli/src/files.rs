@@ -9,7 +9,6 @@ use ndf_model::file::ModelError;
 
 use crate::arguments::TriangulationArguments;
 use crate::context::Context;
-use crate::interrupt;
 use crate::output::Failure;
 
 /// What to do where much would be left out.
@@ -20,9 +19,7 @@ pub const LARGEST: &str = "--largest-component allows it";
 /// # Errors
 /// If the file is of no known kind, is malformed, or holds no usable surface.
 pub fn open(path: &Path, options: &OpenOptions, context: &Context) -> Result<Opened, Failure> {
-    let progress = context.progress().cancelled_by(interrupt::flag());
-    let opened = ndf::open_with(path, options, &progress).map_err(|e| not_opened(&e))?;
-    drop(progress);
+    let opened = ndf::open_with(path, options, &context.progress()).map_err(|e| not_opened(&e))?;
     opened.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
     Ok(opened)
 }

@@ -43,6 +43,7 @@ struct Arguments {
 /// done, 1 when it failed and 2 when the arguments are wrong.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
     silence_damaged_laz();
+    interrupt::listen();
     let Arguments { options, command } = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {

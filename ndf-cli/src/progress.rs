@@ -8,8 +8,13 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use ndf_core::Progress;
 
+use crate::interrupt;
+
 /// Time between plain lines.
 const INTERVAL: Duration = Duration::from_secs(3);
+
+/// Stages at the end of which something is learned.
+const LEARNING: [&str; 2] = ["training", "levels"];
 
 /// Steps of a full bar.
 const STEPS: u64 = 1000;
@@ -62,7 +67,8 @@ impl ShownProgress {
         Self { mode, cancel: None }
     }
 
-    /// Asks the work to stop once `cancel` is set, by the handler of a signal for instance.
+    /// Asks the work to stop once `cancel` is set, by the handler of a signal for instance, which should spare the program
+    /// from the first report of a stage that learns something on.
     #[must_use]
     pub fn cancelled_by(mut self, cancel: &'static AtomicBool) -> Self {
         self.cancel = Some(cancel);
@@ -72,6 +78,9 @@ impl ShownProgress {
 
 impl Progress for ShownProgress {
     fn report(&self, stage: &str, fraction: f64) {
+        if self.cancel.is_some() && LEARNING.contains(&stage) {
+            interrupt::learning(true);
+        }
         let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
         match &self.mode {
             Mode::Hidden => {}
@@ -119,6 +128,9 @@ impl Progress for ShownProgress {
 
 impl Drop for ShownProgress {
     fn drop(&mut self) {
+        if self.cancel.is_some() {
+            interrupt::learning(false);
+        }
         if let Mode::Bar(bar) = &self.mode {
             bar.finish_and_clear();
         }

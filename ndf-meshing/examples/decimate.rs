@@ -43,5 +43,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         degrees(0.01),
         degrees(0.5)
     );
-    Ok(write_mesh(output, &base.mesh, &[])?)
+    write_mesh(output, &base.mesh, &[])?;
+    Ok(())
 }

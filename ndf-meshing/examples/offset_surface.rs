@@ -71,5 +71,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let begin = Instant::now();
     let base = base_mesh(&surface, &options, &NoProgress)?;
     println!("{:.3} s\n{:#?}", begin.elapsed().as_secs_f64(), base.report);
-    Ok(write_mesh(output, &base.mesh, &[])?)
+    write_mesh(output, &base.mesh, &[])?;
+    Ok(())
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use ndf_mesh::io::{self, MeshFile, ReadError};
 use ndf_model::Model;
 use ndf_model::file::ModelError;
-use ndf_train::Checkpoint;
 
 use crate::open::{Content, kind_in_words};
 
@@ -49,20 +48,14 @@ pub fn read_model(path: impl AsRef<Path>) -> Result<Model, NoModel> {
 
 /// Whether a file begins as a model does. A pipe is not looked into: what is read of it is gone.
 pub fn begins_as_model(path: impl AsRef<Path>) -> bool {
-    beginning(path.as_ref()).is_some_and(|beginning| Model::is_model(&beginning))
-}
-
-/// Whether a file begins as a checkpoint does. A pipe is not looked into.
-pub fn begins_as_checkpoint(path: impl AsRef<Path>) -> bool {
-    beginning(path.as_ref()).is_some_and(|beginning| Checkpoint::is_checkpoint(&beginning))
-}
-
-/// The first bytes of a file that can be read again.
-fn beginning(path: &Path) -> Option<[u8; 8]> {
     use std::io::Read;
+    let path = path.as_ref();
+    if !path.is_file() {
+        return false;
+    }
     let mut beginning = [0; 8];
-    let mut file = path.is_file().then(|| std::fs::File::open(path).ok())??;
-    file.read_exact(&mut beginning).ok().map(|()| beginning)
+    let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut beginning));
+    read.is_ok() && Model::is_model(&beginning)
 }
 
 /// A file that should be a mesh with faces and is none.

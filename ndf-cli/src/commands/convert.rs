@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndf::{Model, ModelExt};
-use ndf_mesh::io::{atomic_write, format_to_write, write_mesh};
+use ndf_mesh::io::{atomic_write, format_to_write};
 use ndf_model::file::{Precision, TensorsError};
 use serde_json::json;
 
@@ -51,7 +51,7 @@ impl Form {
 ///
 /// # Errors
 /// If the input is no model, or the output cannot be written.
-pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_place(&arguments.output)?;
     let form = Form::of(&arguments.output)?;
     if arguments.bits.is_some() && matches!(form, Form::Base) {
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments, _: &Context) -> Result<Outcome, Failure> {
         Form::Tensors => model.to_safetensors().map_err(|e| cannot_write(&e))?,
         Form::Base => {
             let base = model.base_in_world();
-            write_mesh(&arguments.output, &base, &[]).map_err(|e| cannot_write(&e))?;
+            context.write_mesh(&arguments.output, &base, &[]).map_err(|e| cannot_write(&e))?;
             let (vertices, faces) = (base.vertex_count(), base.face_count());
             let json = json!({"output": output, "vertices": vertices, "faces": faces});
             let text =

@@ -9,7 +9,7 @@ use ndf::{
     DistanceOptions, EdgeLength, Fitted, ManifoldMesh, ModelExt, NoProgress, Opened, Place, TriangleMesh,
     Triangulated,
 };
-use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
+use ndf_mesh::io::{VertexScalars, atomic_write};
 use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
 use ndf_mesh::{TriangleTree, Vertex};
 use ndf_spectral::ModeOptions;
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Some(path) => path.clone(),
         None => {
             let path = folder.join("input.ply");
-            write_mesh(&path, &Shape::default().mesh(), &[])?;
+            context.write_mesh(&path, &Shape::default().mesh(), &[])?;
             path
         }
     };
@@ -79,15 +79,15 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let surface = fitted.model.extract_with(EdgeLength::Relative(EDGE_LENGTH), &context.progress())?.mesh;
     let seconds_extracting = before.elapsed().as_secs_f64();
     let stage = Stage::compared(&opened, &fitted, &surface, context)?;
-    write_mesh(folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
+    context.write_mesh(&folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
 
-    write_mesh(folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
+    context.write_mesh(&folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
 
     let triangulated = Triangulated::from(surface.clone());
     let distances = geodesics(&triangulated)?;
-    write_mesh(folder.join("geodesic.ply"), &surface, std::slice::from_ref(&distances))?;
+    context.write_mesh(&folder.join("geodesic.ply"), &surface, std::slice::from_ref(&distances))?;
     let modes = eigenmodes(&triangulated, context)?;
-    write_mesh(folder.join("modes.ply"), &surface, &modes)?;
+    context.write_mesh(&folder.join("modes.ply"), &surface, &modes)?;
 
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use ndf::ModelExt;
 use ndf::figures::ExtractionFigures;
-use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::io::format_to_write;
 
 use crate::arguments::EdgeLength;
 use crate::context::Context;
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         (found.mesh, Some(found.report))
     };
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, &mesh, &[])?;
+    context.write_mesh(&arguments.output, &mesh, &[])?;
     let figures = ExtractionFigures::of(&mesh, report.as_ref());
     let mut json = serde_json::to_value(&figures)?;
     json["seconds"] = seconds.into();

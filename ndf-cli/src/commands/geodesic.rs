@@ -9,7 +9,7 @@ use ndf::{
     TriangleMesh,
 };
 use ndf_mesh::FacePoint;
-use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::io::format_to_write;
 use serde_json::{Value, json};
 
 use crate::arguments::{TriangulationArguments, length};
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     })?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
+    context.write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
     let Distances { values: distances, heat, path, notes, .. } = distances;
     notes.iter().for_each(|note| context.warn_of(&name, note));
     let unused = found.unused_vertices();

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use ndf::{OpenOptions, Parts};
 use ndf_mesh::ValidationReport;
-use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::io::format_to_write;
 use ndf_meshing::{DecimationOptions, IsosurfaceError, MarchingCubesOptions, decimate, marching_cubes};
 use serde_json::json;
 
@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, &mesh, &[])?;
+    context.write_mesh(&arguments.output, &mesh, &[])?;
     let report = ValidationReport::of(&mesh);
     let path = arguments.output.display().to_string();
     let json = json!({

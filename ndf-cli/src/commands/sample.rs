@@ -9,7 +9,7 @@ use ndf_formats::splats::{Splat, write_splats};
 use ndf_formats::tensors::made;
 use ndf_formats::tensors::to_safetensors;
 use ndf_mesh::TriangleMesh;
-use ndf_mesh::io::{VertexScalars, atomic_write, write_mesh};
+use ndf_mesh::io::{VertexScalars, atomic_write};
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
 use serde_json::json;
@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         }
         _ => (mesh, None),
     };
-    write_mesh(&arguments.output, &mesh, &normals.map_or(Vec::new(), |n| components(&n)))?;
+    context.write_mesh(&arguments.output, &mesh, &normals.map_or(Vec::new(), |n| components(&n)))?;
     let (vertices, faces) = (mesh.vertex_count(), mesh.face_count());
     let path = arguments.output.display().to_string();
     let text = format!("{path}: {} vertices, {} faces\n", grouped(vertices), grouped(faces));

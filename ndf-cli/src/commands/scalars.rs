@@ -6,14 +6,13 @@ use std::time::Instant;
 use clap::{Args, Subcommand, ValueEnum};
 use ndf::scalars::{ScalarFigures, ScalarsError};
 use ndf::{Model, ModelExt, Preset, begins_as_model, store_scalars, store_scalars_on_levels, stored_scalars};
-use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write, write_mesh};
+use ndf_mesh::io::{MeshFile, VertexScalars, atomic_write, format_to_write};
 use ndf_train::scalars::{ScalarBudget, ScalarError, ScalarLevelOptions, ScalarSettings};
 use serde_json::{Value, json};
 
 use crate::arguments::{EdgeLength, PresetName, bits, share};
 use crate::context::Context;
 use crate::files::{read_faces, read_model};
-use crate::interrupt;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 
 /// Where values come from, for those who have none.
@@ -190,7 +189,7 @@ fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failu
     let mesh = std::mem::take(&mut file.mesh);
     let scalars = arguments.wanted(file)?;
     let levels = arguments.levels(context.seed())?;
-    let progress = context.progress().cancelled_by(interrupt::flag());
+    let progress = context.progress();
     let stored = match levels {
         Some(options) => store_scalars_on_levels(&mut model, &mesh, &scalars, &options, &progress),
         None => {
@@ -285,7 +284,7 @@ fn run_eval(arguments: &EvalArguments, context: &Context) -> Result<Outcome, Fai
     let columns = stored_scalars(&model, &found);
     let mesh = found.mesh;
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, &mesh, &columns)?;
+    context.write_mesh(&arguments.output, &mesh, &columns)?;
     let ranges: Vec<Value> = columns
         .iter()
         .map(|column| {

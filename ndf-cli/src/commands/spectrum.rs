@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ndf::Triangles;
-use ndf_mesh::io::{format_to_write, write_mesh};
+use ndf_mesh::io::format_to_write;
 use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
 use serde_json::json;
 
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     })?;
     let mesh = triangulated.mesh();
     let seconds = started.elapsed().as_secs_f64();
-    write_mesh(&arguments.output, mesh, &triangulated.mode_scalars(&found))?;
+    context.write_mesh(&arguments.output, mesh, &triangulated.mode_scalars(&found))?;
     let mut json = json!({
         "seconds": seconds,
         "eigenvalues": found.eigenvalues,

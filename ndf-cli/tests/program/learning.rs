@@ -210,7 +210,7 @@ fn an_interrupted_run_is_resumed_without_a_trace() {
     );
 }
 
-/// An interruption before training has begun ends the run with a sentence that says so, and leaves nothing behind.
+/// An interruption before training has begun ends the run at once, and leaves nothing behind; one that is ignored does not.
 #[cfg(unix)]
 #[test]
 fn an_interruption_while_the_base_mesh_is_made_leaves_nothing() {
@@ -220,22 +220,29 @@ fn an_interruption_while_the_base_mesh_is_made_leaves_nothing() {
     ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply"]);
     // A pipe that holds the mesh back until the signal has come.
     assert!(Command::new("mkfifo").arg(folder.0.join("pipe.ply")).status().unwrap().success());
-    let run = Command::new(env!("CARGO_BIN_EXE_ndf"))
-        .current_dir(&folder.0)
-        .args(["fit", "pipe.ply", "-o", "m.ndf", "--quiet"])
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut pipe = std::fs::OpenOptions::new().write(true).open(folder.0.join("pipe.ply")).unwrap();
-    Command::new("kill").args(["-TERM", &run.id().to_string()]).status().unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(200));
-    pipe.write_all(&std::fs::read(folder.0.join("torus.ply")).unwrap()).unwrap();
-    drop(pipe);
-    let output = run.wait_with_output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("interrupted before training began"), "{message}");
+    let fit = "exec \"$0\" fit pipe.ply -o m.ndf --base-faces 300 --quiet";
+    let interrupted = |script: &str, signal: &str| {
+        let run = Command::new("sh")
+            .current_dir(&folder.0)
+            .args(["-c", script, env!("CARGO_BIN_EXE_ndf")])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut pipe = std::fs::OpenOptions::new().write(true).open(folder.0.join("pipe.ply")).unwrap();
+        Command::new("kill").args([signal, &run.id().to_string()]).status().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        // The reader may have gone.
+        let _ = pipe.write_all(&std::fs::read(folder.0.join("torus.ply")).unwrap());
+        drop(pipe);
+        let output = run.wait_with_output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, message) = interrupted(fit, "-TERM");
+    assert_eq!((code, message.trim()), (Some(143), "ndf: interrupted"));
     assert_eq!(folder.files(), ["pipe.ply", "torus.ply"]);
+    let (code, message) = interrupted(&format!("trap '' HUP; {fit}"), "-HUP");
+    assert_eq!((code, message.as_str()), (Some(0), ""));
+    assert_eq!(folder.files(), ["m.ndf", "pipe.ply", "torus.ply"]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -33,6 +34,7 @@ pub fn atomic_write(
         return out.flush();
     }
     let temporary = beside(&path)?;
+    let _listed = Listed::new(temporary.path());
     if let Some(before) = before {
         temporary.as_file().set_permissions(before.permissions())?;
     }
@@ -45,6 +47,33 @@ pub fn atomic_write(
     #[cfg(unix)]
     let _ = File::open(folder(&path)).and_then(|folder| folder.sync_all());
     Ok(())
+}
+
+/// Removes the files that other threads are writing: for programs that are about to end without ending these.
+pub fn remove_temporary_files() {
+    for path in TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        // It is in its place already, or somebody has tidied up.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Files that are being written.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Has a file among [`TEMPORARY`] as long as it lives.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+    }
 }
 
 /// As many links are followed as Linux does.

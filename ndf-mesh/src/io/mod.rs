@@ -21,12 +21,14 @@ use std::path::{Path, PathBuf};
 
 use crate::TriangleMesh;
 
-pub use atomic::{atomic_write, check_folder};
+pub use atomic::{atomic_write, check_folder, remove_temporary_files};
 pub use defect::FileDefect;
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
 pub use signature::Signature;
-pub use write::{WriteError, format_to_write, is_property_name, write_mesh};
+pub use write::{
+    Positions, Rounding, WriteError, format_to_write, is_property_name, write_mesh, write_mesh_with,
+};
 
 /// The mesh file formats known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -88,16 +88,26 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
 
 /// Writes binary little-endian PLY: `x y z` as float, one float property a scalar, and the faces as lists
 /// `vertex_indices` of int with counts of uchar.
-pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, scalars: &[VertexScalars]) -> io::Result<()> {
+pub(super) fn write(
+    out: &mut dyn Write,
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    is_double: bool,
+) -> io::Result<()> {
+    let number = if is_double { "double" } else { "float" };
     writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}", mesh.vertex_count())?;
-    writeln!(out, "property float x\nproperty float y\nproperty float z")?;
+    writeln!(out, "property {number} x\nproperty {number} y\nproperty {number} z")?;
     for scalar in scalars {
         writeln!(out, "property float {}", scalar.name)?;
     }
     writeln!(out, "element face {}\nproperty list uchar int vertex_indices\nend_header", mesh.face_count())?;
     for (v, p) in mesh.positions().iter().enumerate() {
         for x in p.to_array() {
-            out.write_all(&(x as f32).to_le_bytes())?;
+            if is_double {
+                out.write_all(&x.to_le_bytes())?;
+            } else {
+                out.write_all(&(x as f32).to_le_bytes())?;
+            }
         }
         for scalar in scalars {
             out.write_all(&scalar.values[v].to_le_bytes())?;

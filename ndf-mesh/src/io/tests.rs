@@ -38,7 +38,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let quality = VertexScalars { name: "quality".into(), values: (0..12).map(|v| v as f32).collect() };
     vec![
         ("a.obj", written(&|out| obj::write(out, &mesh).unwrap())),
-        ("a.ply", written(&|out| ply::write(out, &mesh, std::slice::from_ref(&quality)).unwrap())),
+        ("a.ply", written(&|out| ply::write(out, &mesh, std::slice::from_ref(&quality), false).unwrap())),
         ("a.stl", written(&|out| stl::write(out, &mesh).unwrap())),
         ("text.ply", TEXT_PLY.into()),
         ("text.stl", TEXT_STL.into()),
@@ -80,6 +80,38 @@ fn round_trips_keep_vertices_faces_and_scalars() {
     assert_eq!(file.mesh.corner_positions(Face(17)), single.corner_positions(Face(17)));
     assert!(ManifoldMesh::try_from(file.mesh).is_ok());
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "no temporary files are left");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Far from the origin, as georeferenced meshes are, every format keeps vertices to a millionth of the diagonal or says what
+/// it did to them.
+#[test]
+fn rounding_is_told_and_avoided_where_it_can_be() {
+    let folder = folder("far");
+    let near = shapes::icosphere(2);
+    let far = near.map_positions(|p| p + DVec3::new(500_000.25, 4_000_000.5, 100.0));
+    let read = |name: &str| read_mesh(folder.join(name)).unwrap().mesh;
+    for (name, mesh) in [("far.ply", &far), ("far.obj", &far), ("near.obj", &near)] {
+        assert_eq!(write_mesh(folder.join(name), mesh, &[]).unwrap(), Rounding::default(), "{name}");
+        assert_eq!(&read(name), mesh, "{name}");
+    }
+    let rounding = write_mesh(folder.join("near.ply"), &near, &[]).unwrap();
+    assert!(rounding.moved > 0.0 && rounding.share < 1e-7);
+    let header =
+        |name: &str| String::from_utf8_lossy(&std::fs::read(folder.join(name)).unwrap()).into_owned();
+    assert!(
+        header("near.ply").contains("property float x") && header("far.ply").contains("property double x")
+    );
+    write_mesh_with(folder.join("double.ply"), &near, &[], Positions::Double).unwrap();
+    assert_eq!(read("double.ply"), near);
+    let rounding = write_mesh(folder.join("far.stl"), &far, &[]).unwrap();
+    assert!(rounding.is_coarse() && rounding.moved > 0.01);
+    let stl = read("far.stl");
+    let errors = far
+        .positions()
+        .iter()
+        .map(|p| stl.positions().iter().map(|q| q.distance(*p)).fold(f64::INFINITY, f64::min));
+    assert!(errors.fold(0.0, f64::max) <= rounding.moved);
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use ndf_core::{BoundingBox, DVec3};
+
 use super::{MeshFormat, VertexScalars, atomic_write, format_of_extension, obj, ply, stl};
 use crate::TriangleMesh;
 
@@ -57,18 +59,68 @@ pub fn is_property_name(name: &str) -> bool {
     is_word && !["x", "y", "z"].contains(&name)
 }
 
-/// Writes a mesh in the format its extension names: `.ply` (binary little-endian, float positions, the
-/// scalars as float properties of the vertices), `.obj` (decimals that read back the same) or `.stl` (binary,
-/// float). OBJ and STL have no place for scalars; they are left out. The file appears only when it is
-/// complete.
+/// How positions are stored in formats that leave the choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Positions {
+    /// In single precision, unless that would move a vertex by more than a millionth of the diagonal: far from the origin,
+    /// as georeferenced coordinates are.
+    #[default]
+    Suited,
+    /// In double precision.
+    Double,
+}
+
+/// The share of the diagonal by which single precision may move a vertex.
+const MAX_MOVE: f64 = 1e-6;
+
+/// What rounding did to the positions of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// The largest distance by which a vertex moved.
+    pub moved: f64,
+    /// The same as a share of the diagonal.
+    pub share: f64,
+}
+
+impl Rounding {
+    /// What single precision does to the positions of a mesh.
+    pub fn to_single(mesh: &TriangleMesh) -> Self {
+        let moved = |p: &DVec3| p.distance(p.as_vec3().as_dvec3());
+        let moved = mesh.positions().iter().map(moved).fold(0.0, f64::max);
+        let diagonal = BoundingBox::of_points(mesh.positions()).diagonal();
+        Self { moved, share: if moved > 0.0 { moved / diagonal } else { 0.0 } }
+    }
+
+    /// Whether vertices moved by more than a millionth of the diagonal.
+    pub fn is_coarse(&self) -> bool {
+        self.share > MAX_MOVE
+    }
+}
+
+/// Writes a mesh in the format its extension names, with positions as suits them: see [`write_mesh_with`].
 ///
 /// # Errors
-/// If the extension is unknown, a scalar does not fit the mesh, or the file cannot be written.
+/// As [`write_mesh_with`].
 pub fn write_mesh(
     path: impl AsRef<Path>,
     mesh: &TriangleMesh,
     scalars: &[VertexScalars],
-) -> Result<(), WriteError> {
+) -> Result<Rounding, WriteError> {
+    write_mesh_with(path, mesh, scalars, Positions::Suited)
+}
+
+/// Writes a mesh in the format its extension names: `.ply` (binary little-endian, the scalars as float properties of the
+/// vertices), `.obj` (decimals that read back the same) or `.stl` (binary, always in single precision). OBJ and STL have no
+/// place for scalars; they are left out. The file appears only when it is complete. Says how far vertices moved.
+///
+/// # Errors
+/// If the extension is unknown, a scalar does not fit the mesh, or the file cannot be written.
+pub fn write_mesh_with(
+    path: impl AsRef<Path>,
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    positions: Positions,
+) -> Result<Rounding, WriteError> {
     let path = path.as_ref();
     for VertexScalars { name, values } in scalars {
         if values.len() != mesh.vertex_count() {
@@ -80,10 +132,17 @@ pub fn write_mesh(
         }
     }
     let format = format_to_write(path)?;
-    atomic_write(path, |out| match format {
-        MeshFormat::Ply => ply::write(out, mesh, scalars),
+    let rounding = Rounding::to_single(mesh);
+    let is_double = positions == Positions::Double || rounding.is_coarse();
+    let written = atomic_write(path, |out| match format {
+        MeshFormat::Ply => ply::write(out, mesh, scalars, is_double),
         MeshFormat::Stl => stl::write(out, mesh),
         MeshFormat::Obj | MeshFormat::Off => obj::write(out, mesh),
+    });
+    written.map_err(|source| WriteError::Io { path: path.to_owned(), source })?;
+    Ok(match format {
+        MeshFormat::Ply if !is_double => rounding,
+        MeshFormat::Stl => rounding,
+        _ => Rounding::default(),
     })
-    .map_err(|source| WriteError::Io { path: path.to_owned(), source })
 }
