@@ -7,6 +7,7 @@ use ndf_model::Model;
 use ndf_model::file::ModelError;
 
 use crate::open::{Content, kind_in_words};
+use crate::text::without_faces;
 
 /// A file that should be a model and is none.
 #[derive(Debug, thiserror::Error)]
@@ -87,11 +88,6 @@ pub enum NoMesh {
         /// Vertices it has.
         vertices: usize,
     },
-}
-
-/// What a mesh without faces is.
-pub(crate) fn without_faces(vertices: usize) -> &'static str {
-    if vertices > 0 { "is a point set without faces" } else { "is an empty mesh" }
 }
 
 /// Reads a mesh file that must have faces.

@@ -38,6 +38,11 @@ pub fn printable(text: &str) -> std::borrow::Cow<'_, str> {
     out.into()
 }
 
+/// What a mesh without faces is.
+pub(crate) fn without_faces(vertices: usize) -> &'static str {
+    if vertices > 0 { "is a point set without faces" } else { "is an empty mesh" }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

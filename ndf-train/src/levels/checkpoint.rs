@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::descent::{Kept, LevelState, State};
 use super::options::{Budget, LevelOptions};
+use super::plan::Plan;
 use super::run::{KeptRun, Sharpness};
-use super::trainer::Plan;
 use crate::checkpoint::{CheckpointError, Parts, time_of};
 
 /// The learning of levels at the start of an iteration: enough to go on exactly as if it had not been interrupted.

@@ -11,6 +11,7 @@ mod checkpoint;
 mod descent;
 mod influence;
 mod options;
+mod plan;
 mod price;
 mod rate;
 mod run;

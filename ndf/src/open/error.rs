@@ -12,9 +12,9 @@ use ndf_surfaces::networks::LayoutError;
 use ndf_surfaces::splats::NoSplats;
 use ndf_train::CheckpointError;
 
-use crate::files::without_faces;
 use crate::kind::Kind;
 use crate::left_out::LeftOut;
+use crate::text::without_faces;
 
 /// What can be read, for files of no known kind.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
