@@ -23,7 +23,8 @@ impl BoundingBox {
     /// This box, grown to contain `p`.
     #[must_use]
     pub fn including(self, p: DVec3) -> Self {
-        Self { min: self.min.min(p), max: self.max.max(p) }
+        // In this order a NaN gives way to what there is.
+        Self { min: p.min(self.min), max: p.max(self.max) }
     }
 
     /// The smallest box that contains both.
@@ -67,6 +68,16 @@ impl BoundingBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn coordinates_that_are_no_numbers_are_ignored_wherever_they_come() {
+        let [a, b] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 5.0, 0.0)];
+        let odd = DVec3::new(f64::NAN, 7.0, f64::NAN);
+        let truth = BoundingBox { min: DVec3::new(-1.0, 2.0, 0.0), max: DVec3::new(1.0, 7.0, 3.0) };
+        for points in [[odd, a, b], [a, odd, b], [a, b, odd]] {
+            assert_eq!(BoundingBox::of_points(&points), truth);
+        }
+    }
 
     #[test]
     fn empty_box_has_no_diagonal_and_absorbs_nothing() {

@@ -186,7 +186,7 @@ fn open(error: &OpenError) -> &'static str {
         | OpenError::Table { .. } => "unrecognised",
         OpenError::MeshFile(error) => mesh_file(error),
         OpenError::NoFaces { .. } => "no_faces",
-        OpenError::TooFar { .. } => "too_large",
+        OpenError::TooFar { .. } | OpenError::Range { .. } => "too_large",
         OpenError::OneSided { .. } => "not_manifold",
         OpenError::LeftOut { .. } => "left_out",
         OpenError::NoArea { .. } | OpenError::EmptyMesh { .. } => "no_area",

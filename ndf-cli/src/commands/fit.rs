@@ -133,6 +133,11 @@ fn check_places(arguments: &Arguments) -> Result<(), Failure> {
     let inputs = [Some(&arguments.input), arguments.base.as_ref(), arguments.anchors.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     outputs.iter().try_for_each(|path| check_output(path, &inputs))?;
+    // The next checkpoint may take the place of the one that is resumed, but nothing else.
+    if let Some(resumed) = &arguments.resume {
+        let others = [Some(&arguments.output), arguments.log.as_ref()];
+        others.into_iter().flatten().try_for_each(|path| check_output(path, &[resumed]))?;
+    }
     for (k, path) in outputs.iter().enumerate() {
         if outputs[..k].iter().any(|other| is_same(other, path)) {
             return Err(Failure::new(format!("{} is the name of two outputs", path.display()))

@@ -105,7 +105,7 @@ fn bad_fields_are_refused_with_a_sentence() {
         ("cut.spz", "4294967295 splats"),
         ("cut.h5", "HDF5"),
         ("no-items.laz", "compressed data is damaged"),
-        ("a.ksplat", "splats from PLY, SPZ and .splat"),
+        ("a.ksplat", "splats from PLY, SPZ, SOG, GLB, PyTorch and .splat"),
     ] {
         for command in ["info", "fit", "mesh"] {
             let all = [command, file, "-o", "out.ply"];

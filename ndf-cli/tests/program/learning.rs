@@ -381,6 +381,8 @@ fn interrupted_levels_are_resumed_without_a_trace() {
     ndf(&folder.0, &["sample", "mesh", "--shape", "sphere", "-o", "sphere.ply"]);
     let other = ["fit", "sphere.ply", "-o", "x.ndf", "--resume", "broken.ndf.checkpoint"];
     assert!(ndf(&folder.0, &other).sentence().contains("learned another surface"));
+    let over = ["fit", "torus.ply", "-o", "broken.ndf.checkpoint", "--resume", "broken.ndf.checkpoint"];
+    assert!(ndf(&folder.0, &over).sentence().contains("is an input and would be overwritten"));
     let seeded = ["fit", "torus.ply", "-o", "x.ndf", "--resume", "broken.ndf.checkpoint", "--seed", "1"];
     assert!(ndf(&folder.0, &seeded).stderr.contains("--seed"));
     let extracted = ["extract", "broken.ndf.checkpoint", "-o", "x.ply", "--edge-length", "0.1"];

@@ -48,6 +48,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         if positions.len() != 3 * count || rotations.len() != 4 * count || scales.len() != 3 * count {
             return Err(FileDefect::mismatch("its attributes are of different lengths").into());
         }
+        // Primitives may share their numbers, but not without end.
+        if splats.len() + count > bytes.len() {
+            return Err(FileDefect::too_large("its primitives have more splats than it has bytes").into());
+        }
         splats.extend((0..count).map(|i| Splat {
             center: [0, 1, 2].map(|k| f64::from(positions[3 * i + k])),
             scales: [0, 1, 2].map(|k| scales[3 * i + k]),

@@ -14,8 +14,11 @@ use serde::Deserialize;
 use super::{Splat, SplatError};
 use crate::tensors::Archive;
 
-/// The most pixels of an image, in bytes of its file: one colour takes next to nothing.
-const MOST_PIXELS: usize = 1 << 12;
+/// The most splats, in bytes of the file: they take some ten each, less where images are of one colour.
+const MAX_GROWTH: usize = 64;
+
+/// The most pixels that an image has beyond the splats: its last rows need not be full.
+const MAX_PADDING: u64 = 1 << 16;
 
 #[derive(Deserialize)]
 struct Meta {
@@ -53,9 +56,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         let text = "this version of SOG is not read, version 2 is; convert it to .ply with splat-transform";
         return Err(FileDefect::unsupported(text).into());
     }
+    if meta.count > MAX_GROWTH * bytes.len() {
+        let text = format!("{} splats are too many for the size of the file", meta.count);
+        return Err(FileDefect::too_large(text).into());
+    }
     let mut image = |part: &Part, i: usize| -> Result<Vec<[u8; 4]>, FileDefect> {
         let name = part.files.get(i).ok_or_else(|| FileDefect::missing("meta.json names too few images"))?;
-        let pixels = pixels(&archive.read(&format!("{folder}{name}"))?, name)?;
+        let most = 2 * meta.count as u64 + MAX_PADDING;
+        let pixels = pixels(&archive.read(&format!("{folder}{name}"))?, name, most)?;
         if pixels.len() < meta.count {
             let (found, count) = (pixels.len(), meta.count);
             return Err(FileDefect::mismatch(format!("{name} has {found} pixels for {count} splats")));
@@ -92,14 +100,14 @@ fn rotation([a, b, c, largest]: [u8; 4]) -> [f32; 4] {
     [0, 1, 2, 3].map(|k| if k == place { fourth } else { others.next().unwrap_or(0.0) })
 }
 
-/// The pixels of a WebP image.
-fn pixels(bytes: &[u8], name: &str) -> Result<Vec<[u8; 4]>, FileDefect> {
+/// The pixels of a WebP image that has so many at most.
+fn pixels(bytes: &[u8], name: &str, most: u64) -> Result<Vec<[u8; 4]>, FileDefect> {
     let wrong = |e: image_webp::DecodingError| FileDefect::undecodable(format!("{name}: {e}"));
     let mut decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(wrong)?;
     let (width, height) = decoder.dimensions();
     let count = u64::from(width) * u64::from(height);
-    if count > (bytes.len() as u64) * MOST_PIXELS as u64 {
-        return Err(FileDefect::too_large(format!("{name}: {count} pixels are too many for its size")));
+    if count > most {
+        return Err(FileDefect::too_large(format!("{name}: {count} pixels are too many for its splats")));
     }
     let channels = if decoder.has_alpha() { 4 } else { 3 };
     let mut data = vec![0; count as usize * channels];

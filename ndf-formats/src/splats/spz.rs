@@ -9,10 +9,10 @@ use ndf_mesh::io::FileDefect;
 use super::{SPZ_MAGIC, Splat, SplatError};
 
 /// What the contents may be, in sizes of the file. Rounded attributes shrink to a half or a third.
-const MOST_GROWTH: u64 = 64;
+const MAX_GROWTH: u64 = 64;
 
 /// Bytes of a splat at most: with harmonics of degree 3.
-const MOST_OF_SPLAT: u64 = 65;
+const MAX_SPLAT: u64 = 65;
 
 /// Whether gzip holds something that begins like this.
 pub(super) fn begins_within_gzip(bytes: &[u8], magic: &[u8]) -> bool {
@@ -31,12 +31,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         return plain(bytes);
     }
     let header = Header::parse(&inflated(bytes, HEADER)?)?;
-    let needed: u64 = header.sizes().map(|size| size as u64).iter().sum();
-    if needed > MOST_GROWTH * bytes.len() as u64 {
-        let text = format!("{} splats are too many for the size of the file", header.count);
-        return Err(FileDefect::too_large(text).into());
-    }
-    plain(&inflated(bytes, HEADER + MOST_OF_SPLAT * header.count as u64)?)
+    header.check_count(bytes.len())?;
+    plain(&inflated(bytes, HEADER + MAX_SPLAT * header.count as u64)?)
 }
 
 /// Bytes of the header.
@@ -67,6 +63,16 @@ impl Header {
         Ok(Self { version, count: word(2)? as usize, fractional_bits })
     }
 
+    /// Whether a file of so many bytes can hold the splats that are announced.
+    fn check_count(&self, bytes: usize) -> Result<(), FileDefect> {
+        let needed: u64 = self.sizes().map(|size| size as u64).iter().sum();
+        if needed > MAX_GROWTH * bytes as u64 {
+            let text = format!("{} splats are too many for the size of the file", self.count);
+            return Err(FileDefect::too_large(text));
+        }
+        Ok(())
+    }
+
     /// Bytes of positions, opacities, colours, scales and rotations.
     fn sizes(&self) -> [usize; 5] {
         let position = if self.version == 1 { 6 } else { 9 };
@@ -87,6 +93,7 @@ fn plain(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         }
         return Ok(splats(&header, parts));
     }
+    header.check_count(bytes.len())?;
     let streams = zstandard_streams(bytes, &header)?;
     let [positions, opacities, colours, scales, rotations] = &streams;
     Ok(splats(&header, [positions, opacities, colours, scales, rotations]))

@@ -104,6 +104,16 @@ fn malformed_pickles_are_refused() {
     assert!(of(b"\x80\x02]q\x00h\x00a.").contains("no tensors"));
 }
 
+/// A length of 379 begins with the byte of a brace, as JSON does.
+#[test]
+fn safetensors_are_no_json_whatever_their_length() {
+    let header = r#"{"a":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]}}"#;
+    let bytes = [&379_u64.to_le_bytes()[..], format!("{header:<379}").as_bytes(), &floats(&SIX)].concat();
+    assert!(bytes.starts_with(b"{"));
+    assert_eq!(crate::sniff(&bytes), Some(crate::Format::Tensors(Container::Safetensors)));
+    assert_eq!(TensorFile::parse(&bytes).unwrap().get("a").unwrap().shape(), [2, 3]);
+}
+
 #[test]
 fn safetensors_whole_and_damaged() {
     let header = br#"{"a":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]}}"#;

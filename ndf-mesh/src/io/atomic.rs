@@ -26,13 +26,14 @@ pub fn atomic_write(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let path = resolved(path.as_ref())?;
+    let path = path.as_ref();
     let before = path.metadata().ok();
     if before.as_ref().is_some_and(|m| !m.is_file() && !m.is_dir()) {
         let mut out = BufWriter::new(File::options().write(true).open(path)?);
         write(&mut out)?;
         return out.flush();
     }
+    let path = resolved(path)?;
     let temporary = beside(&path)?;
     let _listed = Listed::new(temporary.path());
     if let Some(before) = before {

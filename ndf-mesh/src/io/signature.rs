@@ -113,7 +113,8 @@ impl Signature {
             Some(Self::Foreign("a web page instead of the file itself; download it again by its direct link"))
         } else if text.starts_with(b"<?xml") {
             Self::of(text)
-        } else if text.starts_with(b"{") {
+        } else if text.starts_with(b"{") && !text.iter().take(16).any(|&b| b == 0) {
+            // Safetensors begin with a length, whose first byte may be a brace; its last ones are zeros.
             Some(Self::Foreign(
                 "JSON, such as a scene of glTF, which is not read; export it as OBJ, PLY or STL",
             ))

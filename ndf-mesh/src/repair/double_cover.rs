@@ -14,7 +14,7 @@ pub fn double_cover(
     mesh: &TriangleMesh,
     options: &RepairOptions,
 ) -> Result<(ManifoldMesh, Origins), NotManifold> {
-    let Work { mesh: single, kept } = Work::new(mesh, options, &mut Vec::new());
+    let Work { mesh: single, kept, places } = Work::new(mesh, options, &mut Vec::new());
     let n = single.face_count();
     // Corners of the second side follow those of the first. Corners that are one vertex are joined across edges.
     let mut joined = DisjointSets::new(6 * n);
@@ -55,7 +55,7 @@ pub fn double_cover(
     });
     let cover = TriangleMesh::from_parts(positions, faces.collect());
     let faces = kept.iter().map(|&f| (f, false)).chain(kept.iter().map(|&f| (f, true))).collect();
-    let origins = Origins::new(mesh, &cover, faces);
+    let origins = Origins::new(mesh, &places, &cover, faces);
     Ok((ManifoldMesh::try_from(cover)?, origins))
 }
 

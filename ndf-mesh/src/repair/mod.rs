@@ -85,7 +85,7 @@ pub fn repaired(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired
     }
     let faces = work.kept.iter().copied().zip(turn.iter().copied()).collect();
     let turned = orientation::turned(&work.mesh, &turn);
-    let origins = Origins::new(mesh, &turned, faces);
+    let origins = Origins::new(mesh, &work.places, &turned, faces);
     let found = ManifoldMesh::try_from(turned).map_err(|NotManifold(report)| {
         let is_one_sided = report.is_manifold() && report.inconsistent_edges.count > 0;
         if is_one_sided { Irreparable::OneSided } else { NotManifold(report).into() }
@@ -112,11 +112,13 @@ pub struct Usable {
 /// components that are not wanted and unused vertices left out.
 pub fn usable_triangles(mesh: &TriangleMesh, options: &RepairOptions) -> Usable {
     let joined = if options.keep_seams { mesh.clone() } else { welded(mesh, 0.0) };
-    let mut work = Work { mesh: joined, kept: mesh.face_indices().collect() };
+    let places = joined.faces().to_vec();
+    let mut work = Work { mesh: joined, kept: mesh.face_indices().collect(), places };
     work.retain(&usable_faces(&work.mesh));
     let kept = Components::of(&work.mesh).kept(options.parts);
     work.retain(&kept.faces);
-    let origins = Origins::new(mesh, &work.mesh, work.kept.iter().map(|&f| (f, false)).collect());
+    let origins =
+        Origins::new(mesh, &work.places, &work.mesh, work.kept.iter().map(|&f| (f, false)).collect());
     Usable { mesh: work.mesh, origins, area_left_out: left_out(mesh, &kept) }
 }
 
@@ -131,22 +133,28 @@ struct Work {
     mesh: TriangleMesh,
     /// Of every face, the face of the mesh that is repaired.
     kept: Vec<Face>,
+    /// Of every face of the mesh that is repaired, its corners as far as they were joined, and before fans were separated.
+    places: Vec<[u32; 3]>,
 }
 
 impl Work {
     /// What every repair begins with: unusable faces go, borders are joined, fans separated.
     fn new(mesh: &TriangleMesh, options: &RepairOptions, notes: &mut Vec<RepairNote>) -> Self {
-        let mut work = Self { mesh: mesh.clone(), kept: mesh.face_indices().collect() };
+        let places = mesh.faces().to_vec();
+        let mut work = Self { mesh: mesh.clone(), kept: mesh.face_indices().collect(), places };
         work.retain(&usable_faces(mesh));
-        let dropped = mesh.face_count() - work.kept.len();
-        if dropped > 0 {
-            notes.push(RepairNote::UnusableFaces { faces: dropped });
-        }
         if let Some(joined) = (!options.keep_seams).then(|| joining::joined(&work.mesh)).flatten() {
             let (vertices, exactly) = (joined.vertices, joined.exactly);
             notes.push(RepairNote::VerticesMerged { vertices, exactly });
             work.mesh = joined.mesh;
+            for (&face, &corners) in work.kept.iter().zip(work.mesh.faces()) {
+                work.places[face.index()] = corners;
+            }
             work.retain(&usable_faces(&work.mesh));
+        }
+        let faces = mesh.face_count() - work.kept.len();
+        if faces > 0 {
+            notes.insert(0, RepairNote::UnusableFaces { faces });
         }
         if ValidationReport::of(&work.mesh).nonmanifold_vertices.count > 0 {
             work.mesh = split_fans(&work.mesh);

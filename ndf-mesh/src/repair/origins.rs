@@ -19,22 +19,21 @@ pub struct Origins {
     begin: Vec<u32>,
     /// Vertices of the working mesh.
     vertices: Vec<Vertex>,
+    /// Vertices of the working mesh that are one place, group by group.
+    separated: Vec<Vec<Vertex>>,
 }
 
 impl Origins {
     /// A working mesh whose faces are these of the original, corner by corner in the same order, or with the second and
-    /// third exchanged where turned.
-    pub(super) fn new(original: &TriangleMesh, working: &TriangleMesh, faces: Vec<(Face, bool)>) -> Self {
-        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(3 * faces.len());
-        for (&(face, turned), corners) in faces.iter().zip(working.faces()) {
-            let [a, mut b, mut c] = original.faces()[face.index()];
-            if turned {
-                (b, c) = (c, b);
-            }
-            pairs.extend([a, b, c].into_iter().zip(*corners));
-        }
-        pairs.sort_unstable();
-        pairs.dedup();
+    /// third exchanged where turned. `places` has, for every face of the original, corners with the same number where they
+    /// are one.
+    pub(super) fn new(
+        original: &TriangleMesh,
+        places: &[[u32; 3]],
+        working: &TriangleMesh,
+        faces: Vec<(Face, bool)>,
+    ) -> Self {
+        let mut pairs = pairs(original.faces(), working, &faces);
         if add_coincident(original, &mut pairs) {
             pairs.sort_unstable();
         }
@@ -43,7 +42,13 @@ impl Origins {
         for v in 0..original.vertex_count() {
             begin[v + 1] += begin[v];
         }
-        Self { faces, begin, vertices: pairs.into_iter().map(|pair| Vertex(pair.1)).collect() }
+        let vertices = pairs.into_iter().map(|pair| Vertex(pair.1)).collect();
+        let separated = self::pairs(places, working, &faces)
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|group| group.len() > 1)
+            .map(|group| group.iter().map(|pair| Vertex(pair.1)).collect())
+            .collect();
+        Self { faces, begin, vertices, separated }
     }
 
     /// The vertices of the working mesh that a vertex of the original has become; none if no face that was kept uses it.
@@ -65,9 +70,9 @@ impl Origins {
         (0..self.vertex_count()).map(Vertex::new).filter(|&v| self.of_vertex(v).is_empty())
     }
 
-    /// Vertices of the working mesh that are one in the original, group by group.
+    /// Vertices of the working mesh that are one in the original, or were joined there, group by group.
     pub fn separated(&self) -> impl Iterator<Item = &[Vertex]> {
-        (0..self.vertex_count()).map(|v| self.of_vertex(Vertex::new(v))).filter(|all| all.len() > 1)
+        self.separated.iter().map(Vec::as_slice)
     }
 
     /// A point of the working mesh as one of the original.
@@ -98,6 +103,21 @@ impl Origins {
         };
         (0..self.vertex_count()).map(value).collect()
     }
+}
+
+/// Corners before and vertices of the working mesh that they have become, sorted and each pair once.
+fn pairs(before: &[[u32; 3]], working: &TriangleMesh, faces: &[(Face, bool)]) -> Vec<(u32, u32)> {
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(3 * faces.len());
+    for (&(face, turned), corners) in faces.iter().zip(working.faces()) {
+        let [a, mut b, mut c] = before[face.index()];
+        if turned {
+            (b, c) = (c, b);
+        }
+        pairs.extend([a, b, c].into_iter().zip(*corners));
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
 }
 
 /// Adds vertices whose faces all fell together to a line, where another vertex in the same place is left. Says whether there

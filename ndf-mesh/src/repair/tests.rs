@@ -188,6 +188,33 @@ fn unusable_faces_go_and_vertices_follow() {
     assert!(ManifoldMesh::try_from(repaired).is_ok());
 }
 
+/// Two squares with vertices of their own along the side that they share, and a triangle that meets them in an end of it.
+#[test]
+fn what_was_joined_and_separated_again_is_one_place() {
+    let p = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+    let positions = vec![
+        p(0.0, 0.0),
+        p(1.0, 0.0),
+        p(1.0, 1.0),
+        p(0.0, 1.0),
+        p(1.0, 0.0),
+        p(2.0, 0.0),
+        p(2.0, 1.0),
+        p(1.0, 1.0),
+        p(1.0, 0.0),
+        p(0.5, -1.0),
+        p(1.5, -1.0),
+    ];
+    let faces = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7], [8, 9, 10]];
+    let mesh = TriangleMesh::new(positions, faces).unwrap();
+    let found = repaired(&mesh, &RepairOptions::default()).unwrap();
+    let groups: Vec<&[Vertex]> = found.origins.separated().collect();
+    let [[a, b]] = groups[..] else { panic!("{groups:?}") };
+    assert!([*a, *b].iter().all(|v| found.mesh.positions()[v.index()] == p(1.0, 0.0)));
+    let apart = RepairOptions { keep_seams: true, ..RepairOptions::default() };
+    assert_eq!(repaired(&mesh, &apart).unwrap().origins.separated().count(), 0);
+}
+
 #[test]
 fn fans_are_separated() {
     // Two tetrahedra that share a vertex.

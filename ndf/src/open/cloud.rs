@@ -1,6 +1,6 @@
 //! Point clouds, with normals and without.
 
-use ndf_core::{Progress, Surface};
+use ndf_core::{BoundingBox, Progress, Surface};
 use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud};
 use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
@@ -13,6 +13,9 @@ use crate::kind::Kind;
 use crate::note::Note;
 use crate::opened::{BaseSource, Opened};
 use crate::presets::{CONSISTENT, DOUBTFUL};
+
+/// Products of four lengths are computed, which have a range of 1e±308.
+const LIMIT: f64 = 1e75;
 
 /// Files of points.
 pub(super) struct Clouds;
@@ -84,6 +87,7 @@ pub(super) fn opened(
     mut notes: Vec<Note>,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
+    check_range(cloud, name)?;
     let kind = chosen(asked, agreement(cloud), name, &mut notes)?;
     let mut opened = match kind {
         Kind::OrientedCloud => oriented(cloud),
@@ -91,6 +95,17 @@ pub(super) fn opened(
     };
     opened.notes.splice(0..0, notes);
     Ok(opened)
+}
+
+/// Whether lengths and their squares can be computed in double precision.
+fn check_range(cloud: &PointCloud, name: &str) -> Result<(), OpenError> {
+    let bounds = BoundingBox::of_points(cloud.positions());
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let extent = (bounds.extent() / farthest.max(f64::MIN_POSITIVE)).length() * farthest;
+    if farthest > LIMIT || extent < LIMIT.recip() {
+        return Err(OpenError::Range { name: name.to_owned(), extent, farthest });
+    }
+    Ok(())
 }
 
 fn oriented(cloud: &PointCloud) -> Opened {

@@ -83,6 +83,18 @@ pub enum OpenError {
         /// The vertex, counted from 0.
         vertex: Vertex,
     },
+    /// Points of a cloud lie so far out, or so close together, that lengths cannot be computed any more.
+    #[error(
+        "{name}: its points span {extent:.1e}, and lie up to {farthest:.1e} from the origin: lengths cannot be computed beyond 1e75 and below 1e-75; scale them"
+    )]
+    Range {
+        /// The file.
+        name: String,
+        /// The diagonal of its points.
+        extent: f64,
+        /// The largest coordinate.
+        farthest: f64,
+    },
     /// The mesh has no faces.
     #[error(
         "{name} {}; a mesh with at least one face is needed here",

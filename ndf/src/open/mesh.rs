@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ndf_core::{Hint, Progress, Surface};
 use ndf_mesh::io::{MeshFile, ReadError, parse_mesh};
-use ndf_mesh::repair::{self, Components, Irreparable, RepairOptions};
+use ndf_mesh::repair::{self, Components, Irreparable, Parts, RepairOptions};
 use ndf_mesh::{Face, ManifoldMesh, TriangleMesh, TriangleTree};
 use ndf_surfaces::MeshSurface;
 
@@ -97,8 +97,21 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
         Err(Irreparable::NotManifold(defects)) => defects.into(),
     };
     let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
-    let surface = MeshSurface::new(&repair::oriented(&cleaned)).map_err(empty)?;
-    Ok(Opened { base, mesh: Some(mesh), ..Opened::from_surface(Box::new(surface), Kind::Mesh) })
+    let (_, mut area_left_out) = repair::finite_part(&mesh);
+    let mut parts = cleaned;
+    if options.parts == Parts::Largest {
+        let usable = repair::usable_triangles(&mesh, options);
+        (parts, area_left_out) = (usable.mesh, usable.area_left_out);
+    }
+    check_left_out(area_left_out, options.parts)
+        .map_err(|source| OpenError::LeftOut { name: name(), source })?;
+    let surface = MeshSurface::new(&repair::oriented(&parts)).map_err(empty)?;
+    Ok(Opened {
+        base,
+        mesh: Some(mesh),
+        area_left_out,
+        ..Opened::from_surface(Box::new(surface), Kind::Mesh)
+    })
 }
 
 /// Why the components of a manifold mean one solid, whose boundary they are only together: some are inside of others, or
