@@ -19,7 +19,7 @@ pub const CONSISTENT: f64 = 0.8;
 pub const DOUBTFUL: f64 = 0.9;
 
 /// The share of the area of a mesh below which a component of it is left out. That of an isosurface is
-/// [`ndf_meshing::MIN_PART`].
+/// [`ndf_meshing::base_mesh::MIN_PART`].
 pub const MIN_PART: f64 = 0.001;
 
 /// The share of the faces of a mesh of several components that must part inside from outside. Where fewer do, components are

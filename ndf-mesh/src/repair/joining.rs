@@ -60,7 +60,7 @@ pub(super) fn joined(mesh: &TriangleMesh) -> Option<Joined> {
 }
 
 /// Merges vertices no further apart than `tolerance` (0: exactly equal positions) into the first of them.
-/// Faces that collapse stay, naming a vertex twice; see [`without_unusable_faces`]. Chains of close vertices
+/// Faces that collapse stay, naming a vertex twice; see [`without_unusable_faces`](super::without_unusable_faces). Chains of close vertices
 /// are merged only with vertices close to the first. A vertex that is not finite is close to none. O(n).
 pub fn welded(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
     // Kept vertices by grid cell; the map is only looked into, never iterated.
