@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 
 /// Points that are projected.
 const POINTS: usize = 24;
-/// How far two answers of one surface may be apart, as a share of its diagonal: another machine rounds otherwise.
+/// How far apart two answers of one surface may be, as a share of its diagonal: machines round differently.
 const TOLERANCE: f64 = 1e-6;
-/// Answers that may differ nevertheless: where two feet are equally near, rounding decides.
+/// How many answers may differ all the same: where two feet are equally near, rounding decides.
 const MAX_DIFFERENT: usize = POINTS / 6;
 
-/// A few projections onto a surface, by which it is known again. Takes as long as projecting 24 points.
+/// A few projections onto a surface, by which it is recognised later. Changes in a small part of a surface go unnoticed. Costs
+/// 24 projections; lengths are in the surface's units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Likeness {
     bounds: [[f64; 3]; 2],

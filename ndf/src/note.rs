@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::text::{grouped, readable};
 
 /// Names of classes that a sentence holds.
-const MOST_NAMES: usize = 4;
+const MAX_NAMES: usize = 4;
 
 /// Something that was left out, changed or doubtful, and did not stop the work.
 ///
@@ -252,8 +252,8 @@ impl fmt::Display for Note {
                 grouped(*splats)
             ),
             Self::Foreign { names } => {
-                let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
-                let rest = names.len().saturating_sub(MOST_NAMES);
+                let shown = names.iter().take(MAX_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+                let rest = names.len().saturating_sub(MAX_NAMES);
                 let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
                 write!(f, "it refers to {shown}{more}, which is not run; only tensors are taken from it")
             }

@@ -8,7 +8,7 @@ use zip::ZipArchive;
 use super::{Container, Contents, TensorError, npy};
 
 /// What all entries may grow to when they are unpacked, in sizes of the archive. Weights hardly compress.
-const MOST_GROWTH: u64 = 64;
+const MAX_GROWTH: u64 = 64;
 
 /// A zip archive in memory.
 pub(crate) struct Archive<'a> {
@@ -21,7 +21,7 @@ impl<'a> Archive<'a> {
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, FileDefect> {
         let zip = ZipArchive::new(Cursor::new(bytes));
         let zip = zip.map_err(|e| FileDefect::undecodable(format!("as a zip archive: {e}")))?;
-        Ok(Self { zip, left: MOST_GROWTH * bytes.len() as u64 })
+        Ok(Self { zip, left: MAX_GROWTH * bytes.len() as u64 })
     }
 
     pub(crate) fn names(&self) -> Vec<String> {

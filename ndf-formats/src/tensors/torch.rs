@@ -15,7 +15,7 @@ const LEGACY_MAGIC: [u8; 14] =
 
 /// Calls of a function that are looked at.
 #[cfg(feature = "zip")]
-const MOST_CALLS: usize = 64;
+const MAX_CALLS: usize = 64;
 
 pub(super) fn is_legacy(bytes: &[u8]) -> bool {
     bytes.starts_with(&LEGACY_MAGIC)
@@ -65,7 +65,7 @@ fn modules_of_code(code: &str) -> Vec<Module> {
         let arguments = code.split(&call).skip(1);
         let second = |rest: &str| rest.split([',', ')']).nth(1)?.trim().parse::<f64>().ok();
         arguments
-            .take(MOST_CALLS)
+            .take(MAX_CALLS)
             .map(|rest| {
                 let number = second(rest).filter(|_| !parameter.is_empty());
                 let numbers = number.map(|number| (parameter.to_owned(), number)).into_iter().collect();

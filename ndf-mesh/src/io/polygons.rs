@@ -18,7 +18,7 @@ use crate::TriangleMesh;
 /// How far corners may be from the plane of a flat polygon, in diameters of the polygon.
 const FLAT: f64 = 0.01;
 /// The least area of a triangle of a fan, in squared diameters of the polygon.
-const LEAST_AREA: f64 = 1e-12;
+const MIN_AREA: f64 = 1e-12;
 
 /// Collects polygons and remembers what there is to say about them.
 #[derive(Default)]
@@ -124,7 +124,7 @@ impl Outline {
 
     /// Whether all of it is seen from the first corner: the triangles of the fan turn as it does, and none is without area.
     fn is_star_of_first(&self) -> bool {
-        self.points[1..].windows(2).all(|pair| 0.5 * pair[0].cross(pair[1]).dot(self.normal) > LEAST_AREA)
+        self.points[1..].windows(2).all(|pair| 0.5 * pair[0].cross(pair[1]).dot(self.normal) > MIN_AREA)
     }
 
     /// Its triangles by Delaunay's rule; `None` if it crosses itself. What the outline goes around is inside, once

@@ -18,7 +18,7 @@ use super::{Activation, LayoutError, NetworkOptions, NeuralField, Quantity};
 
 const LAYOUT: &str = "instant-ngp";
 /// What packed contents may grow to, in sizes of the file.
-const MOST_GROWTH: u64 = 64;
+const MAX_GROWTH: u64 = 64;
 /// Maps in maps.
 const DEEPEST: usize = 64;
 /// Level of the logarithm of the density at which instant-ngp makes its own meshes.
@@ -75,7 +75,7 @@ impl NeuralField {
     /// See [`LayoutError`].
     pub fn from_snapshot(bytes: &[u8], options: &NetworkOptions) -> Result<Self, LayoutError> {
         let contents = match bytes {
-            [0x1f, 0x8b, ..] | [0x78, ..] => unpacked(bytes, MOST_GROWTH * bytes.len() as u64)
+            [0x1f, 0x8b, ..] | [0x78, ..] => unpacked(bytes, MAX_GROWTH * bytes.len() as u64)
                 .ok_or_else(|| undecodable("its compressed contents are damaged"))?,
             _ => bytes.to_vec(),
         };

@@ -9,7 +9,7 @@ const DEEPEST: usize = 32;
 /// The most objects that are looked at: a list may hold another many times, and so on.
 const MOST_VISITS: usize = 1 << 20;
 /// The most objects of classes that are remembered.
-const MOST_MODULES: usize = 1 << 12;
+const MAX_MODULES: usize = 1 << 12;
 /// The most numbers of all tensors, in sizes of the largest storage or array: views may share one.
 const MOST_SHARING: usize = 64;
 
@@ -134,7 +134,7 @@ impl Walk<'_, '_> {
             };
             Some((named(key)?.to_owned(), number))
         };
-        if self.contents.modules.len() < MOST_MODULES {
+        if self.contents.modules.len() < MAX_MODULES {
             let numbers = entries.iter().filter_map(number).collect();
             self.contents.modules.push(Module { class: class.to_owned(), numbers });
         }

@@ -11,7 +11,7 @@ use ndf_mesh::io::FileDefect;
 /// `torch.nn.utils.weight_norm` and its successor in `torch.nn.utils.parametrizations` name them.
 const WEIGHTS: [&str; 3] = ["weight_v", "parametrizations.weight.original1", "weight"];
 /// Layers that are looked for.
-const MOST_LAYERS: usize = 64;
+const MAX_LAYERS: usize = 64;
 
 /// The tensors of a file, in which a network may lie under any prefix.
 pub(super) struct State<'a> {
@@ -43,7 +43,7 @@ impl<'a> State<'a> {
                     .iter()
                     .any(|kind| self.part(&format!("{}.{kind}", layer(stem, number)), &[], "").is_some())
             };
-            (1..MOST_LAYERS).find(|&number| has(number)).map(|number| layer(stem, number))
+            (1..MAX_LAYERS).find(|&number| has(number)).map(|number| layer(stem, number))
         })
     }
 
@@ -134,7 +134,7 @@ impl<'a> Part<'a> {
     /// Layers `name(0)`, `name(1)`, … as far as there are. None must be missing between others.
     pub(super) fn layers(&self, name: impl Fn(usize) -> String) -> Result<Vec<Dense>, LayoutError> {
         let count = (0..).take_while(|&l| self.has(&name(l))).count();
-        if let Some(later) = (count + 1..MOST_LAYERS).map(&name).find(|later| self.has(later)) {
+        if let Some(later) = (count + 1..MAX_LAYERS).map(&name).find(|later| self.has(later)) {
             return Err(self.missing(format!("{} is missing before {later}", name(count))));
         }
         (0..count).map(|l| self.layer(&name(l))).collect()
