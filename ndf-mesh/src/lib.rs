@@ -1,6 +1,6 @@
 //! Triangle meshes: as read ([`TriangleMesh`]), examined ([`ValidationReport`]), repaired ([`repair`]) and proven
-//! ([`ManifoldMesh`]); their files ([`io`]), [closest points and rays](triangle_tree), [sampling], [quality] and
-//! [distances](metrics).
+//! ([`ManifoldMesh`]); their files ([`io`]), [closest points and rays](triangle_tree), [sampling], [quality],
+//! [distances](metrics) and [self-intersections](SelfIntersections).
 //!
 //! [`Topology`] is the half-edge connectivity of them all, and of intrinsic triangulations: twins, fans, checks,
 //! edits. Its elements are a [`Vertex`], an [`Edge`], a [`Face`] and a [`Halfedge`]: [indices](index) that cannot be mixed
@@ -29,6 +29,7 @@ pub mod metrics;
 pub mod quality;
 pub mod repair;
 pub mod sampling;
+mod self_intersections;
 pub mod shapes;
 pub mod subdivision;
 pub mod surface_point;
@@ -40,6 +41,7 @@ pub use face_point::FacePoint;
 pub use halfedge::{NO_HALFEDGE, Topology, TopologyError};
 pub use index::{Edge, Face, Halfedge, Vertex};
 pub use manifold::{ManifoldMesh, NotManifold};
+pub use self_intersections::SelfIntersections;
 pub use surface_point::SurfacePoint;
 pub use triangle_mesh::{FaceIndexOutOfRange, TriangleMesh};
 pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};

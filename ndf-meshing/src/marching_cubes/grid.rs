@@ -8,18 +8,18 @@ pub(crate) const BATCH: usize = 512;
 
 /// Cubic cells around a box, with a margin of at least one cell on every side.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
+pub struct Grid {
     /// The corner with the smallest coordinates.
-    pub(crate) origin: DVec3,
+    pub origin: DVec3,
     /// Side of a cell.
-    pub(crate) cell: f64,
+    pub cell: f64,
     /// Number of cells along each axis.
-    pub(crate) cells: [u32; 3],
+    pub cells: [u32; 3],
 }
 
 impl Grid {
     /// `count` cells along the longest side of `bounds`, then the margin.
-    pub(crate) fn around(bounds: &BoundingBox, count: u32) -> Self {
+    pub fn around(bounds: &BoundingBox, count: u32) -> Self {
         let cell = bounds.extent().max_element() / f64::from(count);
         // A side that is a whole number of cells long up to rounding must not get one more.
         let cells = bounds.extent().to_array().map(|side| (side / cell - 1e-6).ceil().max(0.0) as u32 + 2);
@@ -28,7 +28,7 @@ impl Grid {
     }
 
     /// Position of a corner.
-    pub(crate) fn corner(&self, [x, y, z]: [u32; 3]) -> DVec3 {
+    pub fn corner(&self, [x, y, z]: [u32; 3]) -> DVec3 {
         self.origin + self.cell * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
     }
 }

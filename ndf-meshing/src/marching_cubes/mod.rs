@@ -6,6 +6,7 @@
 
 mod active;
 mod cases;
+pub mod cell;
 mod crossing;
 mod grid;
 mod slab;
@@ -16,7 +17,8 @@ use ndf_core::{BoundingBox, ImplicitField, Progress};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 
 use active::{ActiveBlocks, SLAB};
-use grid::{Grid, Oriented};
+pub use grid::Grid;
+use grid::Oriented;
 use slab::{Growing, Slab, polygonize};
 
 /// The most cells along the longest side.

@@ -4,7 +4,8 @@ use ndf_core::DVec3;
 use rayon::prelude::*;
 
 use super::active::{BLOCK, SLAB};
-use super::cases::{CaseTable, EDGE_CORNERS};
+use super::cases::CaseTable;
+use super::cell::EDGE_CORNERS;
 use super::grid::{BATCH, Grid, Oriented};
 
 /// No vertex yet.
