@@ -9,8 +9,9 @@ use ndf_mesh::{Halfedge, ManifoldMesh, Topology, TriangleMesh, Vertex};
 /// Positions, and a connectivity that stays simplicial if the conditions of the edits hold. Vertices and faces keep
 /// their numbers: those that are gone are [holes](Topology::is_hole). Dereferences to the connectivity.
 #[derive(Clone, Debug)]
-pub(crate) struct EditableMesh {
-    pub(crate) positions: Vec<DVec3>,
+pub struct EditableMesh {
+    /// Places of the vertices, to be moved at will.
+    pub positions: Vec<DVec3>,
     topology: Topology,
     face_count: usize,
 }
@@ -24,13 +25,14 @@ impl Deref for EditableMesh {
 }
 
 impl EditableMesh {
-    pub(crate) fn new(mesh: &ManifoldMesh) -> Self {
+    /// A mesh to edit.
+    pub fn new(mesh: &ManifoldMesh) -> Self {
         let (positions, topology) = (mesh.positions().to_vec(), mesh.topology().clone());
         Self { positions, topology, face_count: mesh.face_count() }
     }
 
     /// The mesh without the holes that collapses left; what remains keeps its order.
-    pub(crate) fn into_manifold(mut self) -> ManifoldMesh {
+    pub fn into_manifold(mut self) -> ManifoldMesh {
         let survivors = self.topology.compact();
         keep(&mut self.positions, &survivors.vertices);
         let twins: Vec<Halfedge> = self.halfedges().map(|h| self.raw_twin(h)).collect();
@@ -38,33 +40,34 @@ impl EditableMesh {
     }
 
     /// The mesh as it is; only where no face or vertex is gone.
-    pub(crate) fn to_triangle_mesh(&self) -> TriangleMesh {
+    pub fn to_triangle_mesh(&self) -> TriangleMesh {
         let faces = self.topology.faces().map(|f| self.face_vertices(f).map(u32::from)).collect();
         TriangleMesh::new(self.positions.clone(), faces).expect("no face is gone")
     }
 
     /// Number of faces that are there.
-    pub(crate) fn face_count(&self) -> usize {
+    pub fn face_count(&self) -> usize {
         self.face_count
     }
 
-    pub(crate) fn position(&self, v: Vertex) -> DVec3 {
+    /// Where a vertex is.
+    pub fn position(&self, v: Vertex) -> DVec3 {
         self.positions[v.index()]
     }
 
     /// Corners of the face of a half-edge, from its tail.
-    pub(crate) fn corners(&self, h: Halfedge) -> [Vertex; 3] {
+    pub fn corners(&self, h: Halfedge) -> [Vertex; 3] {
         [h, h.next(), h.previous()].map(|h| self.tail(h))
     }
 
     /// The half-edge that stands for both of its edge.
-    pub(crate) fn canonical(&self, h: Halfedge) -> Halfedge {
+    pub fn canonical(&self, h: Halfedge) -> Halfedge {
         h.min(self.raw_twin(h))
     }
 
     /// Collapses the edge of `h` into its tail, which moves to `position`. The edge must be
     /// [collapsible](Topology::is_collapsible).
-    pub(crate) fn collapse(&mut self, h: Halfedge, position: DVec3) {
+    pub fn collapse(&mut self, h: Halfedge, position: DVec3) {
         let tail = self.tail(h);
         self.face_count -= 1 + usize::from(self.twin(h).is_some());
         self.topology.collapse(h);
@@ -72,7 +75,7 @@ impl EditableMesh {
     }
 
     /// Splits the edge of `h`, from a to b, at a new vertex, which is returned. Afterwards `h` runs from a to it.
-    pub(crate) fn split(&mut self, h: Halfedge, position: DVec3) -> Vertex {
+    pub fn split(&mut self, h: Halfedge, position: DVec3) -> Vertex {
         self.face_count += 1 + usize::from(self.twin(h).is_some());
         self.topology.split_edge(h);
         self.positions.push(position);
@@ -81,7 +84,7 @@ impl EditableMesh {
 
     /// Replaces the edge of `h`, from a to b, by the edge from d to c between the opposite corners: c left of
     /// `h`, d right of it. The edge must be [flippable](Topology::is_flippable). Afterwards `h` runs from d to c.
-    pub(crate) fn flip(&mut self, h: Halfedge) {
+    pub fn flip(&mut self, h: Halfedge) {
         let faces = [h, self.raw_twin(h)].map(Halfedge::face);
         self.topology.flip(h);
         faces.into_iter().for_each(|f| self.topology.rotate_face(f));

@@ -29,6 +29,7 @@ pub use base_mesh::{
     BaseMesh, BaseMeshError, BaseMeshOptions, BaseMeshReport, base_mesh, base_mesh_of_manifold,
 };
 pub use decimation::{Decimated, DecimationOptions, decimate};
+pub use editable_mesh::EditableMesh;
 pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
 pub use remeshing::{FinalPassOptions, Improved, Target, improve};

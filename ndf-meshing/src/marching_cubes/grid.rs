@@ -3,6 +3,8 @@
 use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 use rayon::prelude::*;
 
+use super::{IsosurfaceError, LARGEST_GRID};
+
 /// Points handed to a field at a time.
 pub(crate) const BATCH: usize = 512;
 
@@ -18,6 +20,30 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// The grid of a field: `count` cells along the longest side of `bounds`, or of the field's own, then the margin.
+    ///
+    /// # Errors
+    /// If the box is empty or not finite, or `count` is not from 1 to [`LARGEST_GRID`].
+    pub fn of_field(
+        field: &dyn ImplicitField,
+        bounds: Option<BoundingBox>,
+        count: u32,
+    ) -> Result<Self, IsosurfaceError> {
+        if !(1..=LARGEST_GRID).contains(&count) {
+            return Err(IsosurfaceError::GridSize(count));
+        }
+        let bounds = bounds.unwrap_or_else(|| field.bounds());
+        let sides = bounds.extent();
+        if bounds.is_empty()
+            || !sides.is_finite()
+            || !bounds.center().is_finite()
+            || sides.max_element() <= 0.0
+        {
+            return Err(IsosurfaceError::Bounds(bounds));
+        }
+        Ok(Self::around(&bounds, count))
+    }
+
     /// `count` cells along the longest side of `bounds`, then the margin.
     pub fn around(bounds: &BoundingBox, count: u32) -> Self {
         let cell = bounds.extent().max_element() / f64::from(count);

@@ -108,15 +108,7 @@ pub fn marching_cubes(
     options: &MarchingCubesOptions,
     progress: &dyn Progress,
 ) -> Result<Isosurface, IsosurfaceError> {
-    if !(1..=LARGEST_GRID).contains(&options.grid) {
-        return Err(IsosurfaceError::GridSize(options.grid));
-    }
-    let bounds = options.bounds.unwrap_or_else(|| field.bounds());
-    let sides = bounds.extent();
-    if bounds.is_empty() || !sides.is_finite() || !bounds.center().is_finite() || sides.max_element() <= 0.0 {
-        return Err(IsosurfaceError::Bounds(bounds));
-    }
-    let grid = Grid::around(&bounds, options.grid);
+    let grid = Grid::of_field(field, options.bounds, options.grid)?;
     let oriented = Oriented::new(field);
     let (growing, mut evaluations) = grow(oriented, grid, progress)?;
     if growing.faces.is_empty() {

@@ -1,0 +1,19 @@
+//! The methods that the experiments of ndf compare with, each written from its paper.
+//!
+//! [`occupancy_dual_contouring`] makes sharp meshes of fields of which only inside and outside are known.
+//!
+//! ```
+//! use ndf_baselines::{OdcOptions, occupancy_dual_contouring};
+//! use ndf_core::{NoProgress, analytic::Sphere};
+//!
+//! let options = OdcOptions { grid: 20, ..OdcOptions::default() };
+//! let surface = occupancy_dual_contouring(&Sphere::UNIT, &options, &NoProgress)?;
+//! assert!(surface.mesh.positions().iter().all(|p| (p.length() - 1.0).abs() < 0.01));
+//! # Ok::<(), ndf_meshing::IsosurfaceError>(())
+//! ```
+
+#[cfg(test)]
+mod fields;
+pub mod odc;
+
+pub use odc::{OdcOptions, occupancy_dual_contouring};
