@@ -1,6 +1,7 @@
 //! The methods that the experiments of ndf compare with, each written from its paper.
 //!
 //! [`occupancy_dual_contouring`] makes sharp meshes of fields of which only inside and outside are known.
+//! [`spectral_simplification`] decimates meshes so that the eigenvalues of their Laplacians stay what they are.
 //!
 //! ```
 //! use ndf_baselines::{OdcOptions, occupancy_dual_contouring};
@@ -15,5 +16,7 @@
 #[cfg(test)]
 mod fields;
 pub mod odc;
+pub mod sms;
 
 pub use odc::{OdcOptions, occupancy_dual_contouring};
+pub use sms::{SmsError, SmsOptions, SpectrallySimplified, spectral_simplification};
