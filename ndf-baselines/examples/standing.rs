@@ -10,17 +10,21 @@ use std::error::Error;
 use std::time::Instant;
 
 use ndf_baselines::sms::SpectralFidelity;
-use ndf_baselines::{OdcOptions, SmsOptions, occupancy_dual_contouring, spectral_simplification};
+use ndf_baselines::{
+    MicromeshOptions, OdcOptions, SmsOptions, micromesh, occupancy_dual_contouring, spectral_simplification,
+};
 use ndf_core::analytic::Torus;
 use ndf_core::{DVec3, ImplicitField, NoProgress};
 use ndf_intrinsic::IntrinsicMesh;
+use ndf_mesh::metrics::{MeasureOptions, measure};
 use ndf_mesh::{ManifoldMesh, NotManifold, SelfIntersections, shapes};
 use ndf_meshing::{DecimationOptions, Isosurface, MarchingCubesOptions, decimate, marching_cubes};
 use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError, modes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     contouring()?;
-    simplification()
+    simplification()?;
+    micromeshes()
 }
 
 const TORUS: Torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 };
@@ -95,6 +99,32 @@ fn simplification() -> Result<(), Box<dyn Error>> {
         }
         let start = Instant::now();
         row("quadrics", start, &decimate(&mesh, &DecimationOptions::to_faces(faces), &NoProgress).mesh)?;
+    }
+    Ok(())
+}
+
+fn micromeshes() -> Result<(), Box<dyn Error>> {
+    let mesh = bumpy(6)?;
+    println!();
+    println!(
+        "| bumpy sphere of {} faces | seconds | bytes | bytes a face of the input | mean distance, diagonals |",
+        mesh.face_count()
+    );
+    println!("|---|---|---|---|---|");
+    for faces in [4000, 1000, 250] {
+        for micro_faces in [mesh.face_count(), mesh.face_count() / 4] {
+            let start = Instant::now();
+            let options = MicromeshOptions { base_faces: faces, micro_faces: Some(micro_faces) };
+            let baked = micromesh(&mesh, &options, &NoProgress)?;
+            let seconds = start.elapsed().as_secs_f64();
+            let (bytes, fine) = (baked.to_bytes().len(), baked.tessellated());
+            let error = measure(&mesh, &fine, &MeasureOptions::default())?;
+            let mean = error.reference_to_mesh.mean / error.diagonal;
+            let (micro, share) = (fine.face_count(), bytes as f64 / mesh.face_count() as f64);
+            println!(
+                "| {faces} faces, {micro} micro-faces | {seconds:.1} | {bytes} | {share:.2} | {mean:.1e} |"
+            );
+        }
     }
     Ok(())
 }

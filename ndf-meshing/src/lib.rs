@@ -32,4 +32,5 @@ pub use decimation::{Decimated, DecimationOptions, decimate};
 pub use editable_mesh::EditableMesh;
 pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
+pub use quadric::Quadric;
 pub use remeshing::{FinalPassOptions, Improved, Target, improve};

@@ -4,7 +4,7 @@ use ndf_core::DVec3;
 
 /// The quadratic function `xᵀ A x + 2 b·x + c` with symmetric A.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Quadric {
+pub struct Quadric {
     /// A: xx, yy, zz, xy, xz, yz.
     matrix: [f64; 6],
     vector: DVec3,
@@ -13,7 +13,7 @@ pub(crate) struct Quadric {
 
 impl Quadric {
     /// `weight` times the squared distance from a plane through `point`; the normal is a unit vector.
-    pub(crate) fn plane(point: DVec3, normal: DVec3, weight: f64) -> Self {
+    pub fn plane(point: DVec3, normal: DVec3, weight: f64) -> Self {
         let (n, offset) = (normal, -normal.dot(point));
         Self {
             matrix: [n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z].map(|x| weight * x),
@@ -32,7 +32,7 @@ impl Quadric {
     }
 
     /// The value at a point; not negative, though rounding would have it so.
-    pub(crate) fn at(&self, x: DVec3) -> f64 {
+    pub fn at(&self, x: DVec3) -> f64 {
         (x.dot(self.times(x) + 2.0 * self.vector) + self.constant).max(0.0)
     }
 
@@ -40,7 +40,7 @@ impl Quadric {
     /// not. `steps` above 1 repeat from the point found (iterated Tikhonov regularisation), which makes the pull
     /// vanish in directions the planes determine, so that a corner is met exactly, while in flat regions and
     /// along creases the point stays level with `near`. `None` for a quadric that is zero or not finite.
-    pub(crate) fn minimiser(&self, near: DVec3, softness: f64, steps: u32) -> Option<DVec3> {
+    pub fn minimiser(&self, near: DVec3, softness: f64, steps: u32) -> Option<DVec3> {
         let [xx, yy, zz, xy, xz, yz] = self.matrix;
         let soft = softness * (xx + yy + zz);
         let (xx, yy, zz) = (xx + soft, yy + soft, zz + soft);

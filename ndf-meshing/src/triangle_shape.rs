@@ -4,12 +4,12 @@ use ndf_core::DVec3;
 use ndf_mesh::ManifoldMesh;
 
 /// `(b − a) × (c − a)`: twice the area, along the normal.
-pub(crate) fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+pub fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
 /// Shape from 0 (no area) to 1 (equilateral): 4 √3 area / sum of squared sides (Bank 1979).
-pub(crate) fn quality(triangle: [DVec3; 3]) -> f64 {
+pub fn quality(triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
     let quality = 2.0 * 3.0_f64.sqrt() * cross(triangle).length() / sides;
@@ -17,7 +17,7 @@ pub(crate) fn quality(triangle: [DVec3; 3]) -> f64 {
 }
 
 /// Whether two normals, of any length, enclose an angle with a cosine above `cosine ≥ 0`.
-pub(crate) fn agree(a: DVec3, b: DVec3, cosine: f64) -> bool {
+pub fn agree(a: DVec3, b: DVec3, cosine: f64) -> bool {
     let dot = a.dot(b);
     dot > 0.0 && dot * dot > cosine * cosine * a.length_squared() * b.length_squared()
 }

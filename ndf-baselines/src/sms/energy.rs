@@ -211,7 +211,7 @@ impl Energy {
     }
 
     /// Collapses the edge of `h` into its tail, at a place at which it may be. Returns the vertices around it.
-    pub(crate) fn collapse(&mut self, h: Halfedge, share: f64) -> Option<Vec<Vertex>> {
+    pub(crate) fn collapse_at(&mut self, h: Halfedge, share: f64) -> Option<Vec<Vertex>> {
         let around = self.surroundings(h);
         let (laplacians, masses) = self.collapsed(&around, share)?;
         let (k, tail) = (self.modes, around.ends[0]);

@@ -16,16 +16,12 @@ mod fidelity;
 #[cfg(test)]
 mod tests;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use ndf_core::{Cancelled, Progress};
-use ndf_mesh::halfedge::NO_HALFEDGE;
 use ndf_mesh::{Halfedge, ManifoldMesh};
 use ndf_meshing::EditableMesh;
 use ndf_spectral::{SpectralError, VertexFunctions};
-use rayon::prelude::*;
 
+use crate::greedy::{Collapses, Greedy};
 use energy::Energy;
 pub use fidelity::SpectralFidelity;
 use fidelity::plain_modes;
@@ -70,9 +66,6 @@ pub enum SmsError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Collapses between two looks at the observer.
-const REPORT: usize = 256;
-
 /// Simplifies a mesh. Deterministic, over all threads; about half a millisecond a collapse with 20 modes.
 ///
 /// # Errors
@@ -87,24 +80,13 @@ pub fn spectral_simplification(
     let functions = by_vertex(&modes.functions, |_| 1.0);
     let images = by_vertex(&modes.functions, |k| modes.eigenvalues[k]);
     let energy = Energy::new(EditableMesh::new(mesh), options.modes, functions, images);
-    let mut work = Simplification::new(energy);
-    let before = mesh.face_count();
-    while work.energy.mesh.face_count() > options.faces {
-        if work.collapses.is_multiple_of(REPORT) {
-            progress.check()?;
-            let (done, wanted) = (before - work.energy.mesh.face_count(), before - options.faces);
-            progress.report("spectral simplification", done as f64 / wanted as f64);
-        }
-        if !work.collapse_cheapest() {
-            break;
-        }
-    }
-    progress.report("spectral simplification", 1.0);
+    let mut work = Greedy::new(energy);
+    work.run(options.faces, "spectral simplification", progress)?;
     Ok(SpectrallySimplified {
-        reached: work.energy.mesh.face_count() <= options.faces,
+        reached: work.work.mesh.face_count() <= options.faces,
         collapses: work.collapses,
-        energy: work.energy.total(),
-        mesh: work.energy.mesh.into_manifold(),
+        energy: work.work.total(),
+        mesh: work.work.mesh.into_manifold(),
     })
 }
 
@@ -114,92 +96,24 @@ fn by_vertex(functions: &VertexFunctions, factor: impl Fn(usize) -> f64) -> Vec<
     (0..functions.vertex_count()).flat_map(row).collect()
 }
 
-/// A collapse in the queue: its cost in an order of integers, canonical half-edge, and the state of that edge.
-type Entry = Reverse<(i64, Halfedge, u32)>;
+impl Collapses for Energy {
+    /// The share of the way from the tail to the tip.
+    type Place = f64;
 
-struct Simplification {
-    energy: Energy,
-    queue: BinaryHeap<Entry>,
-    /// Current state of every edge, at its canonical half-edge; entries of other states are void.
-    states: Vec<u32>,
-    /// Where the collapse in the queue puts the vertex.
-    shares: Vec<f64>,
-    collapses: usize,
-}
-
-impl Simplification {
-    fn new(energy: Energy) -> Self {
-        let halfedges = energy.mesh.halfedge_count();
-        let mut this = Self {
-            energy,
-            queue: BinaryHeap::new(),
-            states: vec![0; halfedges],
-            shares: vec![0.0; halfedges],
-            collapses: 0,
-        };
-        let mesh = &this.energy.mesh;
-        let edges: Vec<Halfedge> = mesh.halfedges().filter(|&h| mesh.canonical(h) == h).collect();
-        this.queue_all(&edges);
-        this
+    fn mesh(&self) -> &EditableMesh {
+        &self.mesh
     }
 
-    /// Puts edges into the queue, with new costs.
-    fn queue_all(&mut self, edges: &[Halfedge]) {
-        let best: Vec<Option<(f64, f64)>> =
-            edges.par_iter().with_min_len(4).map(|&h| best_place(&self.energy, h)).collect();
-        for (&h, best) in edges.iter().zip(best) {
-            self.states[h.index()] += 1;
-            if let Some((cost, share)) = best {
-                self.shares[h.index()] = share;
-                self.queue.push(Reverse((ordered(cost), h, self.states[h.index()])));
-            }
-        }
+    fn cheapest(&self, h: Halfedge) -> Option<(f64, f64)> {
+        best_place(self, h)
     }
 
-    /// Collapses the cheapest edge; false if there is none that can be.
-    fn collapse_cheapest(&mut self) -> bool {
-        while let Some(Reverse((_, h, state))) = self.queue.pop() {
-            let mesh = &self.energy.mesh;
-            if mesh.is_hole(h) || mesh.canonical(h) != h || self.states[h.index()] != state {
-                continue;
-            }
-            // An edge that cannot be collapsed comes back when something around it has been.
-            if mesh.is_collapsible(h) && self.collapse(h) {
-                return true;
-            }
-        }
-        false
-    }
-
-    fn collapse(&mut self, h: Halfedge) -> bool {
-        let mesh = &self.energy.mesh;
-        let gone: Vec<Halfedge> = [h, mesh.raw_twin(h)]
-            .into_iter()
-            .filter(|&side| side != NO_HALFEDGE)
-            .flat_map(|side| side.face().halfedges())
-            .collect();
-        let Some(ring) = self.energy.collapse(h, self.shares[h.index()]) else { return false };
-        gone.into_iter().for_each(|h| self.states[h.index()] += 1);
-        self.collapses += 1;
-        let mesh = &self.energy.mesh;
+    fn collapse(&mut self, h: Halfedge, share: f64) -> Option<Vec<Halfedge>> {
+        let ring = self.collapse_at(h, share)?;
         // Terms have changed around the ring, hence costs of edges with an end beside it.
-        let mut around: Vec<Halfedge> = Vec::new();
-        for &v in &ring {
-            for w in mesh.ring(v) {
-                around.extend(mesh.edges_at(w).map(|h| mesh.canonical(h)));
-            }
-        }
-        around.sort_unstable();
-        around.dedup();
-        self.queue_all(&around);
-        true
+        let beside = ring.iter().flat_map(|&v| self.mesh.ring(v));
+        Some(beside.flat_map(|w| self.mesh.edges_at(w)).collect())
     }
-}
-
-/// An integer that is ordered like a number.
-fn ordered(x: f64) -> i64 {
-    let bits = x.to_bits() as i64;
-    bits ^ (((bits >> 63) as u64) >> 1) as i64
 }
 
 /// The cheapest place at which an edge may be collapsed, with its cost; none if there is none.
