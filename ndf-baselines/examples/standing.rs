@@ -1,7 +1,7 @@
 //! Where each rival stands: the figures of README.md.
 //!
 //! ```sh
-//! cargo run --release -p ndf-baselines --example standing
+//! cargo run --release -p ndf-baselines --example standing [WEIGHTS OF NDC OR NDCX]
 //! ```
 
 #![expect(clippy::print_stdout, reason = "the table that was asked for")]
@@ -11,14 +11,16 @@ use std::time::Instant;
 
 use ndf_baselines::sms::SpectralFidelity;
 use ndf_baselines::{
-    MicromeshOptions, OdcOptions, SmsOptions, micromesh, occupancy_dual_contouring, spectral_simplification,
+    MicromeshOptions, NdcOptions, NeuralDualContouring, OdcOptions, SmsOptions, micromesh,
+    occupancy_dual_contouring, spectral_simplification,
 };
 use ndf_core::analytic::Torus;
 use ndf_core::{DVec3, ImplicitField, NoProgress};
+use ndf_formats::tensors::TensorFile;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
-use ndf_mesh::{ManifoldMesh, NotManifold, SelfIntersections, shapes};
-use ndf_meshing::{DecimationOptions, Isosurface, MarchingCubesOptions, decimate, marching_cubes};
+use ndf_mesh::{ManifoldMesh, NotManifold, SelfIntersections, TriangleMesh, shapes};
+use ndf_meshing::{DecimationOptions, MarchingCubesOptions, decimate, marching_cubes};
 use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError, modes};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,25 +34,39 @@ const TORUS: Torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 };
 fn contouring() -> Result<(), Box<dyn Error>> {
     println!("| torus, 100 cells | seconds | queries | faces | mean error, cells | self-intersections |");
     println!("|---|---|---|---|---|---|");
-    let row = |name: &str, start: Instant, surface: &Isosurface| -> Result<(), Box<dyn Error>> {
+    let row = |name: &str,
+               start: Instant,
+               mesh: &TriangleMesh,
+               cell: f64,
+               queries: u64|
+     -> Result<(), Box<dyn Error>> {
         let seconds = start.elapsed().as_secs_f64();
-        let mesh = &surface.mesh;
         let centers: Vec<DVec3> =
             mesh.face_indices().map(|f| mesh.corner_positions(f).into_iter().sum::<DVec3>() / 3.0).collect();
         let mut distances = vec![0.0; centers.len()];
         TORUS.values(&centers, &mut distances);
-        let error = distances.iter().map(|d| d.abs()).sum::<f64>() / distances.len() as f64 / surface.cell;
+        let error = distances.iter().map(|d| d.abs()).sum::<f64>() / distances.len() as f64 / cell;
         let crossing = SelfIntersections::of(mesh, &NoProgress)?.pairs;
-        let (queries, faces) = (surface.evaluations, mesh.face_count());
+        let faces = mesh.face_count();
         println!("| {name} | {seconds:.2} | {queries} | {faces} | {error:.4} | {crossing} |");
         Ok(())
     };
     let start = Instant::now();
     let options = OdcOptions { grid: 100, ..OdcOptions::default() };
-    row("ODC", start, &occupancy_dual_contouring(&TORUS, &options, &NoProgress)?)?;
+    let found = occupancy_dual_contouring(&TORUS, &options, &NoProgress)?;
+    row("ODC", start, &found.mesh, found.cell, found.evaluations)?;
+    if let Some(weights) = std::env::args().nth(1) {
+        let network = NeuralDualContouring::from_tensors(&TensorFile::parse(&std::fs::read(weights)?)?)?;
+        let start = Instant::now();
+        let options = NdcOptions { grid: 100, ..NdcOptions::default() };
+        let found = network.contour(&TORUS, &options, &NoProgress)?;
+        let name = if network.is_deep() { "NDCx" } else { "NDC" };
+        row(name, start, &found.mesh, found.cell, found.evaluations)?;
+    }
     let start = Instant::now();
     let options = MarchingCubesOptions { grid: 100, ..MarchingCubesOptions::default() };
-    row("marching cubes", start, &marching_cubes(&TORUS, &options, &NoProgress)?)
+    let found = marching_cubes(&TORUS, &options, &NoProgress)?;
+    row("marching cubes", start, &found.mesh, found.cell, found.evaluations)
 }
 
 /// A sphere with bumps, without symmetry.

@@ -3,6 +3,7 @@
 //! [`occupancy_dual_contouring`] makes sharp meshes of fields of which only inside and outside are known.
 //! [`spectral_simplification`] decimates meshes so that the eigenvalues of their Laplacians stay what they are.
 //! [`micromesh()`] makes coarse meshes with displacements of 11 bits.
+//! [`NeuralDualContouring`] makes meshes of signed distances by a convolutional network.
 //!
 //! ```
 //! use ndf_baselines::{OdcOptions, occupancy_dual_contouring};
@@ -18,9 +19,11 @@
 mod fields;
 mod greedy;
 pub mod micromesh;
+pub mod ndc;
 pub mod odc;
 pub mod sms;
 
 pub use micromesh::{Micromesh, MicromeshOptions, micromesh};
+pub use ndc::{DualContour, NdcOptions, NeuralDualContouring};
 pub use odc::{OdcOptions, occupancy_dual_contouring};
 pub use sms::{SmsError, SmsOptions, SpectrallySimplified, spectral_simplification};
