@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndf::{EdgeLength, Field, Fit, ModelExt, Opened};
 use ndf_cli::arguments::Reading;
+use ndf_cli::drawn::usual_up;
+use ndf_cli::render::{View, upright};
 use ndf_cli::report::{Figure, Shot};
 use ndf_core::NoProgress;
 use ndf_geodesic::{ExactOptions, exact_distances};
@@ -73,7 +75,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
     let surface = fitted.model.extract(EdgeLength::Relative(EDGE_LENGTH)).map_err(|e| say(&e))?.mesh;
     check_analysis(&surface).map_err(|e| say(&e))?;
     let picture = format!("images/representations/{}.png", name.replace(", ", "_").replace(' ', "_"));
-    write_picture(&surface, &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
+    let view = View { up: upright(&surface, usual_up(opened.kind)), ..View::default() };
+    write_picture(&surface, view, &root().join("docs").join(&picture)).map_err(|e| say(&e))?;
     let truth = match &options.truth {
         Some(path) => distances(&opened, &surface, path).map_err(|e| say(&e))?,
         None => "".to_owned(),
@@ -133,8 +136,8 @@ fn distances(opened: &Opened, surface: &TriangleMesh, truth: &Path) -> Result<St
     Ok(format!("{} ({GRID}³: {})", error(surface)?, error(&cubes)?))
 }
 
-fn write_picture(mesh: &TriangleMesh, path: &Path) -> Result<(), String> {
-    let shot = Shot { width: PICTURE.0, height: PICTURE.1, ..Shot::default() };
+fn write_picture(mesh: &TriangleMesh, view: View, path: &Path) -> Result<(), String> {
+    let shot = Shot { view, width: PICTURE.0, height: PICTURE.1, ..Shot::default() };
     let figure = Figure::of_mesh(mesh, None, "", &shot, &NoProgress).map_err(|e| e.to_string())?;
     let folder = path.parent().expect("pictures lie in a folder");
     fs::create_dir_all(folder).and_then(|()| fs::write(path, figure.png)).map_err(|e| e.to_string())

@@ -2,17 +2,17 @@
 
 use std::error::Error;
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io;
 use std::num::NonZero;
 use std::path::Path;
 
 use clap::Args;
 use ndf::{Note, TriangleMesh};
-use ndf_mesh::io::{Positions, VertexScalars, WriteError, write_mesh_with};
+use ndf_mesh::io::{Lines, Positions, VertexScalars, WriteError, write_lines, write_mesh_with};
 use ndf_mesh::repair::RepairNote;
 
 use crate::output::{Failure, Outcome, printable, readable};
-use crate::progress::ShownProgress;
+use crate::progress::{Job, ShownProgress};
 
 /// Options every command takes.
 #[derive(Args, Clone, Debug, Default)]
@@ -42,6 +42,7 @@ const MAX_THREADS: usize = 1024;
 #[derive(Debug)]
 pub struct Context {
     options: Options,
+    job: Job,
 }
 
 impl Context {
@@ -60,7 +61,10 @@ impl Context {
             Err(error) if error.source().is_some() => Err(Failure::new(format!(
                 "cannot start {threads} threads: {error}; try fewer with --threads"
             ))),
-            _ => Ok(Self { options }),
+            _ => {
+                let job = if options.quiet { Job::hidden() } else { Job::on_stderr() };
+                Ok(Self { options, job })
+            }
         }
     }
 
@@ -69,14 +73,26 @@ impl Context {
         self.options.seed
     }
 
-    /// An observer that shows progress on the error stream, or nothing with `--quiet`.
+    /// Says which stages are to come, before the first of them begins.
+    pub fn expect(&self, stages: &[&str]) {
+        self.job.expect(stages);
+    }
+
+    /// An observer that shows the progress of the job on the error stream, or nothing with `--quiet`.
     pub fn progress(&self) -> ShownProgress {
-        if self.options.quiet { ShownProgress::hidden() } else { ShownProgress::on_stderr() }
+        ShownProgress::of(&self.job)
+    }
+
+    /// Tells the user, on the error stream, what is done where it was left open; not with `--quiet`.
+    pub fn tell(&self, message: &str) {
+        if !self.options.quiet {
+            self.job.say(&format!("ndf: note: {}", printable(message)));
+        }
     }
 
     /// Tells the user, on the error stream, something that did not stop the work.
     pub fn warn(&self, message: &str) {
-        let _ = writeln!(io::stderr(), "ndf: warning: {}", printable(message));
+        self.job.say(&format!("ndf: warning: {}", printable(message)));
     }
 
     /// Tells the user a note of the library on what is named, with the option that has to do with it.
@@ -101,8 +117,7 @@ impl Context {
         mesh: &TriangleMesh,
         scalars: &[VertexScalars],
     ) -> Result<(), WriteError> {
-        let positions = if self.options.double { Positions::Double } else { Positions::Suited };
-        let rounding = write_mesh_with(path, mesh, scalars, positions)?;
+        let rounding = write_mesh_with(path, mesh, scalars, self.positions())?;
         if rounding.is_coarse() {
             self.warn(&format!(
                 "{}: this format has single precision, which moved vertices by up to {}, far from the origin as they are; \
@@ -112,6 +127,18 @@ impl Context {
             ));
         }
         Ok(())
+    }
+
+    /// Writes lines in the format that the name says.
+    ///
+    /// # Errors
+    /// If the name is not usable, or the file cannot be written.
+    pub fn write_lines(&self, path: &Path, lines: &Lines) -> Result<(), WriteError> {
+        write_lines(path, lines, self.positions())
+    }
+
+    fn positions(&self) -> Positions {
+        if self.options.double { Positions::Double } else { Positions::Suited }
     }
 
     /// Prints the outcome of the command to the standard output, as the options ask.

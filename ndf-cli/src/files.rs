@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use ndf::files::{NoMesh, NoModel};
-use ndf::{Model, NoTriangulation, OpenError, OpenOptions, Opened, Triangulated};
+use ndf::{Extracted, Model, ModelExt, OpenError, OpenOptions, Opened, begins_as_model};
 use ndf_mesh::io::MeshFile;
 use ndf_model::file::ModelError;
 
-use crate::arguments::TriangulationArguments;
+use crate::arguments::EdgeLength;
 use crate::context::Context;
-use crate::output::Failure;
+use crate::output::{Failure, grouped};
 
 /// What to do where much would be left out.
 pub const LARGEST: &str = "--largest-component allows it";
@@ -35,7 +35,9 @@ pub fn not_opened(error: &OpenError) -> Failure {
         }
         OpenError::NoNormals { .. } => failure.try_instead("--as cloud finds normals"),
         OpenError::Table { .. } => {
-            failure.try_instead("fit the decoder they are for, and give the codes with --latent")
+            failure.try_instead(
+                "codes go to the decoder they are for, with --latent; points are read from text (.xyz), PLY, PCD, LAS and E57",
+            )
         }
         _ => failure,
     }
@@ -50,7 +52,7 @@ pub fn read_model(path: &Path) -> Result<Model, Failure> {
 }
 
 /// The failure of reading a model.
-fn no_model(error: &NoModel) -> Failure {
+pub fn no_model(error: &NoModel) -> Failure {
     let failure = Failure::new(error.to_string());
     match error.source {
         ModelError::Magic if error.what == Some("a checkpoint") => {
@@ -68,12 +70,17 @@ fn no_model(error: &NoModel) -> Failure {
 /// If it cannot be read or has no faces.
 pub fn read_faces(path: &Path, context: &Context) -> Result<MeshFile, Failure> {
     let file = ndf::read_mesh(path).map_err(|error| no_mesh(&error))?;
+    Ok(told_faces(path, file, context))
+}
+
+/// The same file; its notes are told as warnings.
+pub fn told_faces(path: &Path, file: MeshFile, context: &Context) -> MeshFile {
     file.notes.iter().for_each(|&note| context.warn_of(&path.display(), &note.into()));
-    Ok(file)
+    file
 }
 
 /// The failure of reading a mesh.
-fn no_mesh(error: &NoMesh) -> Failure {
+pub fn no_mesh(error: &NoMesh) -> Failure {
     let failure = Failure::new(error.to_string());
     match error {
         NoMesh::Other { what: "a checkpoint", .. } => {
@@ -87,29 +94,31 @@ fn no_mesh(error: &NoMesh) -> Failure {
     }
 }
 
-/// Reads what geodesics and spectra are computed on: a mesh, repaired to a manifold, or, where that cannot be, its usable
-/// triangles; or the mesh of a model.
+/// The model in a file and the mesh that is made of it, which is told; `None` if the file holds something else.
 ///
 /// # Errors
-/// If the input cannot be read, or is a model without an edge length.
-pub fn read_triangulation(
-    arguments: &TriangulationArguments,
-    context: &Context,
-) -> Result<Triangulated, Failure> {
-    let path = &arguments.input;
-    let opened = Triangulated::open(path, arguments.edge_length(), &arguments.repair(), &context.progress());
-    let mut found = opened.map_err(|error| match error {
-        NoTriangulation::Mesh(error) => no_mesh(&error),
-        NoTriangulation::Model(error) => no_model(&error),
-        NoTriangulation::NoEdgeLength { .. } => {
-            Failure::new(error.to_string()).try_instead("say how fine with --edge-length")
-        }
-        NoTriangulation::LeftOut { .. } => Failure::new(error.to_string()).try_instead(LARGEST),
-        error => error.into(),
-    })?;
-    found.notes.iter().for_each(|note| context.warn_of(&path.display(), note));
-    if arguments.no_metric {
-        found.factors = None;
+/// If the model is damaged, or the edge length asks for too much.
+pub fn model_mesh(path: &Path, length: EdgeLength, context: &Context) -> Result<Option<ModelMesh>, Failure> {
+    if !begins_as_model(path) {
+        return Ok(None);
     }
-    Ok(found)
+    let model = read_model(path)?;
+    let wanted = length.get().unwrap_or_default();
+    let name = path.display();
+    let found = model.extract_with(wanted, &context.progress());
+    let extracted = found.map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    context.tell(&format!(
+        "{name} is a model: its mesh of {} faces is used, edges {}",
+        grouped(extracted.mesh.face_count()),
+        length.in_words(wanted.world(&model))
+    ));
+    Ok(Some(ModelMesh { model, extracted }))
+}
+
+/// A model, and a mesh of it.
+pub struct ModelMesh {
+    /// The model.
+    pub model: Model,
+    /// The mesh, in the units of the input.
+    pub extracted: Extracted,
 }

@@ -11,12 +11,15 @@
 pub mod arguments;
 pub mod commands;
 pub mod context;
+pub mod drawn;
 pub mod files;
 pub mod interrupt;
+pub mod learning;
 pub mod output;
 pub mod progress;
 pub mod render;
 pub mod report;
+pub mod triangulation;
 
 use std::ffi::OsString;
 use std::io::Write;

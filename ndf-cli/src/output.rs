@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 pub use ndf::text::{grouped, printable, readable};
-use ndf_mesh::io::check_folder;
+use ndf_mesh::io::{check_folder, format_to_write};
 use serde_json::{Map, Value};
 
 /// The result of a command, as an object and as a summary for readers.
@@ -105,6 +105,18 @@ pub fn check_output(path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
             .try_instead("give the output another name"));
     }
     Ok(())
+}
+
+/// Whether a model may have this name: not one that says mesh.
+///
+/// # Errors
+/// If it ends as those of meshes do.
+pub fn check_model_name(path: &Path) -> Result<(), Failure> {
+    if format_to_write(path).is_err() {
+        return Ok(());
+    }
+    let failure = Failure::new(format!("{} is the name of a mesh, and a model is written", path.display()));
+    Err(failure.try_instead("end it in .ndf; `ndf extract` makes a mesh of it"))
 }
 
 /// Whether two names are those of one file that is there. One that is not a file, as a device, may have several uses.

@@ -117,9 +117,9 @@ fn lengths_follow_the_metric() {
     assert!(distances > 1.0 && distances < operators, "{distances} {operators}");
     let measure = |mesh: &Triangulated, method| {
         let options =
-            DistanceOptions { method, time_step: None, path_to: Some(Place::Vertex(Vertex::new(9))) };
+            DistanceOptions { method, time_step: None, paths_to: vec![Place::Vertex(Vertex::new(9))] };
         let found = mesh.distances(&[Place::Vertex(Vertex::new(0))], &options, &NoProgress).unwrap();
-        (found.values.iter().sum::<f64>(), found.path.unwrap().unwrap().length)
+        (found.values.iter().sum::<f64>(), found.paths[0].as_ref().unwrap().length)
     };
     let options = ModeOptions { count: 5, ..ModeOptions::default() };
     let values = |mesh: &Triangulated| mesh.modes(&options, &NoProgress).unwrap().eigenvalues;

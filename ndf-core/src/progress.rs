@@ -38,9 +38,59 @@ impl Progress for NoProgress {
     fn report(&self, _stage: &str, _fraction: f64) {}
 }
 
+/// A part of longer work, as its observer sees it: what is reported as 0 to 1 is from one fraction of the whole to another.
+pub struct Part<'a> {
+    whole: &'a dyn Progress,
+    from: f64,
+    to: f64,
+}
+
+impl<'a> Part<'a> {
+    /// The part of the work that `whole` observes between two fractions of it.
+    pub fn new(whole: &'a dyn Progress, from: f64, to: f64) -> Self {
+        Self { whole, from, to }
+    }
+}
+
+impl Progress for Part<'_> {
+    fn report(&self, stage: &str, fraction: f64) {
+        self.whole.report(stage, self.from + (self.to - self.from) * fraction);
+    }
+
+    fn detail(&self, text: &str) {
+        self.whole.detail(text);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.whole.cancelled()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Mutex;
+
+    struct Noted(Mutex<Vec<f64>>);
+
+    impl Progress for Noted {
+        fn report(&self, _stage: &str, fraction: f64) {
+            self.0.lock().unwrap().push(fraction);
+        }
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn parts_report_to_the_whole() {
+        let noted = Noted(Mutex::new(Vec::new()));
+        let half = Part::new(&noted, 0.5, 1.0);
+        Part::new(&half, 0.0, 0.5).report("a stage", 1.0);
+        half.report("a stage", 1.0);
+        assert!(half.cancelled());
+        assert_eq!(*noted.0.lock().unwrap(), [0.75, 1.0]);
+    }
 
     struct Stopped;
 

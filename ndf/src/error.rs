@@ -55,7 +55,7 @@ pub enum Error {
 
 impl Error {
     /// All codes, each with what it says.
-    pub const CODES: [(&str, &str); 44] = [
+    pub const CODES: [(&str, &str); 43] = [
         // Files.
         ("io", "the system cannot read or write the file"),
         ("unrecognised", "the content is of no known format, or not of the one asked for"),
@@ -91,7 +91,6 @@ impl Error {
         ("no_isosurface", "the field has no usable isosurface"),
         // Options.
         ("invalid_option", "an option is out of range"),
-        ("no_edge_length", "a model needs an edge length here"),
         ("no_such_point", "a place is not on the mesh"),
         // Computations.
         ("out_of_reach", "the base mesh or the values are not near the surface"),
@@ -115,7 +114,6 @@ impl Error {
             Self::Triangulation(error) => match error {
                 NoTriangulation::Mesh(error) => no_mesh(error),
                 NoTriangulation::Model(error) => model(&error.source),
-                NoTriangulation::NoEdgeLength { .. } => "no_edge_length",
                 NoTriangulation::Extraction { source, .. } => extraction(source),
                 NoTriangulation::LeftOut { .. } => "left_out",
             },
@@ -157,7 +155,9 @@ impl Error {
             },
             Self::Write(error) => match error {
                 WriteError::Io { .. } => "io",
-                WriteError::UnknownExtension { .. } | WriteError::ScalarName { .. } => "unwritable_name",
+                WriteError::UnknownExtension { .. }
+                | WriteError::NoLines { .. }
+                | WriteError::ScalarName { .. } => "unwritable_name",
                 WriteError::ScalarLength { .. } => "mismatch",
             },
         }

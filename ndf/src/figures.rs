@@ -43,6 +43,12 @@ pub struct FitFigures {
     pub projection_rms: f64,
     /// Largest distance to the surface.
     pub projection_max: f64,
+    /// The mean distance in the input's units.
+    pub distance_mean: f64,
+    /// The root of the mean squared distance in the input's units.
+    pub distance_rms: f64,
+    /// The largest distance in the input's units.
+    pub distance_max: f64,
     /// Cycle loss of the last epoch.
     pub cycle_loss: Option<f64>,
     /// Share of the learned surface that is turned against the input.
@@ -149,6 +155,9 @@ impl Fitted {
             projection_mean: report.projection_mean,
             projection_rms: report.projection_rms,
             projection_max: report.projection_max,
+            distance_mean: self.distance_mean(),
+            distance_rms: self.distance_rms(),
+            distance_max: self.distance_max(),
             cycle_loss: report.cycle_loss,
             flipped_fraction: report.flipped_fraction,
             missed_fraction: report.missed_fraction,

@@ -100,7 +100,7 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, NoMesh> {
     let read = io::parse_mesh(&bytes, &path);
     let is_other = match &read {
         Ok(file) => file.mesh.face_count() == 0 && file.mesh.vertex_count() > 0,
-        Err(error) => matches!(error, ReadError::Unrecognised { .. }),
+        Err(error) => matches!(error, ReadError::Unrecognised { .. } | ReadError::Foreign { .. }),
     };
     if Model::is_model(&bytes) {
         return Err(NoMesh::Model { path });

@@ -17,24 +17,43 @@ pub enum EdgeLength {
     World(f64),
     /// In the box [-1.5, 1.5]³ that the base mesh fills: the paper's h.
     Relative(f64),
+    /// A share of the mean edge length of the base mesh, or of the control mesh where the field is one of levels.
+    OfBase(f64),
+}
+
+impl Default for EdgeLength {
+    /// A quarter of the base mesh's, which makes about sixteen faces of each of its faces.
+    fn default() -> Self {
+        Self::OfBase(0.25)
+    }
 }
 
 impl EdgeLength {
-    /// The length in the box.
-    pub fn relative(self, similarity: &Similarity) -> f64 {
+    /// The length in the box of a model. O(n) for a share, in the faces of the base mesh.
+    pub fn relative(self, model: &Model) -> f64 {
         match self {
-            Self::World(length) => similarity.length_to_normalised(length),
+            Self::World(length) => model.similarity.length_to_normalised(length),
             Self::Relative(length) => length,
+            Self::OfBase(share) => share * mean_edge(model.field.base()),
         }
     }
 
-    /// The length in the units of the input.
-    pub fn world(self, similarity: &Similarity) -> f64 {
+    /// The length in the units of a model's input. O(n) for a share, in the faces of the base mesh.
+    pub fn world(self, model: &Model) -> f64 {
         match self {
             Self::World(length) => length,
-            Self::Relative(length) => similarity.length_to_world(length),
+            _ => model.similarity.length_to_world(self.relative(model)),
         }
     }
+}
+
+/// The mean length of the edges of a mesh, each counted once for every face it has.
+fn mean_edge(mesh: &ManifoldMesh) -> f64 {
+    let around = |f| {
+        let [a, b, c] = mesh.corner_positions(f);
+        a.distance(b) + b.distance(c) + c.distance(a)
+    };
+    mesh.face_indices().map(around).sum::<f64>() / (3 * mesh.face_count()) as f64
 }
 
 /// A mesh of a model, in the units of its input.
@@ -89,7 +108,7 @@ impl ModelExt for Model {
         edge_length: EdgeLength,
         progress: &dyn Progress,
     ) -> Result<Extracted, ExtractionError> {
-        let length = edge_length.relative(&self.similarity);
+        let length = edge_length.relative(self);
         let options = ExtractionOptions { max_faces: MAX_FACES, ..ExtractionOptions::new(length) };
         let Extraction { mesh, origins, mut report, .. } = extract(&self.field, &options, progress)?;
         let Spread { min, mean, max } = &mut report.edge_length;
@@ -104,7 +123,7 @@ impl ModelExt for Model {
         edge_length: EdgeLength,
         progress: &dyn Progress,
     ) -> Result<ManifoldMesh, ExtractionError> {
-        let length = edge_length.relative(&self.similarity);
+        let length = edge_length.relative(self);
         let found = tessellate(&self.field, length, MAX_FACES, progress)?;
         Ok(to_world(&found.mesh, &self.similarity))
     }

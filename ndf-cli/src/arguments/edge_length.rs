@@ -4,11 +4,12 @@ use clap::Args;
 
 use super::numbers::length;
 
-/// The edge length wanted.
+/// The edge length wanted of the mesh that is made of a model.
 #[derive(Args, Clone, Copy, Debug)]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 pub struct EdgeLength {
-    /// Edge length in the input's units: a target, or a maximum with `--no-refine`.
+    /// About how long the edges of the mesh that is made of a model are, in the input's units [default: a quarter of the mean
+    /// edge length of its base mesh].
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
     /// The same in the box [-1.5, 1.5]³ that the base mesh fills.
@@ -17,13 +18,15 @@ pub struct EdgeLength {
 }
 
 impl EdgeLength {
-    /// The same for the library.
-    pub fn get(self) -> ndf::EdgeLength {
-        of(self.edge_length, self.relative_edge_length).expect("the group of arguments is required")
+    /// The same for the library, where one is given.
+    pub fn get(self) -> Option<ndf::EdgeLength> {
+        let relative = || self.relative_edge_length.map(ndf::EdgeLength::Relative);
+        self.edge_length.map(ndf::EdgeLength::World).or_else(relative)
     }
-}
 
-/// The one of two lengths that is given.
-pub(super) fn of(edge_length: Option<f64>, relative_edge_length: Option<f64>) -> Option<ndf::EdgeLength> {
-    edge_length.map(ndf::EdgeLength::World).or_else(|| relative_edge_length.map(ndf::EdgeLength::Relative))
+    /// A length in words, and whether it is the default.
+    pub fn in_words(self, length: f64) -> String {
+        let whose = if self.get().is_some() { "" } else { ", a quarter of the mean edge of the base mesh" };
+        format!("about {}{whose}", ndf::text::readable(length))
+    }
 }

@@ -6,36 +6,31 @@ use clap::Args;
 
 use ndf::{Parts, RepairOptions};
 
-use super::numbers::length;
-use super::{PartArguments, edge_length};
+use super::{EdgeLength, PartArguments, Reading};
 
 /// Where the triangulation comes from.
 #[derive(Args, Clone, Debug)]
 pub struct TriangulationArguments {
-    /// A mesh, or a model together with an edge length.
+    /// A mesh or a model. Of anything else that `ndf fit` takes a model is fitted first, with its defaults.
     pub input: PathBuf,
-    /// Target edge length of the mesh extracted from a model, in the input's units.
-    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length, conflicts_with = "relative_edge_length")]
-    edge_length: Option<f64>,
-    /// The same in the box [-1.5, 1.5]³ that the base mesh fills.
-    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
-    relative_edge_length: Option<f64>,
+    /// How fine the mesh of a model is.
+    #[command(flatten)]
+    pub edge_length: EdgeLength,
     /// Measure lengths on the mesh of a model as they are, without the metric of the true surface that the model
     /// carries.
     #[arg(long)]
     pub no_metric: bool,
+    /// What of a mesh is used.
     #[command(flatten)]
-    parts: PartArguments,
+    pub parts: PartArguments,
+    /// How the input is to be understood.
+    #[command(flatten)]
+    pub reading: Reading,
 }
 
 impl TriangulationArguments {
     /// What of a mesh is used: all of it unless less is asked for.
     pub fn repair(&self) -> RepairOptions {
         self.parts.options(Parts::All)
-    }
-
-    /// The edge length, where one is given.
-    pub fn edge_length(&self) -> Option<ndf::EdgeLength> {
-        edge_length::of(self.edge_length, self.relative_edge_length)
     }
 }

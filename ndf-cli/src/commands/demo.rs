@@ -15,14 +15,16 @@ use ndf_mesh::{TriangleTree, Vertex};
 use ndf_spectral::ModeOptions;
 use serde_json::json;
 
-use super::fit::{learned, rounds};
+use super::fit::rounds;
 use super::sample::Shape;
 use crate::arguments::{PartArguments, Reading, Training};
 use crate::context::Context;
+use crate::drawn::usual_up;
 use crate::files::open;
 use crate::interrupt;
+use crate::learning::{STAGES, learned};
 use crate::output::{Failure, Outcome, grouped, table};
-use crate::render::{ColourMap, Style};
+use crate::render::{ColourMap, Style, Up, View, upright};
 use crate::report::{Figure, Report, Shot};
 
 /// Longest edge of the mesh shown, in the box [-1.5, 1.5]³.
@@ -46,6 +48,18 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     parts: PartArguments,
+    /// Faces of the base mesh [default: 4000, or as many as suit --size or --error].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
+    base_faces: Option<u32>,
+    /// The direction that points up in the pictures [default: as `ndf render` has it].
+    #[arg(
+        long,
+        value_enum,
+        allow_hyphen_values = true,
+        hide_possible_values = true,
+        value_name = "x|y|z|-x|-y|-z"
+    )]
+    up: Option<Up>,
     #[command(flatten)]
     training: Training,
 }
@@ -55,6 +69,8 @@ pub struct Arguments {
 /// # Errors
 /// If a stage fails or a file cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    context.expect(&STAGES);
+    context.expect(&["extraction", "factoring", "modes", "drawing"]);
     let started = Instant::now();
     let folder = &arguments.output;
     fs::create_dir_all(folder).map_err(|e| Failure::new(format!("cannot make {}: {e}", folder.display())))?;
@@ -67,7 +83,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         }
     };
     let opened = open(&input, &arguments.parts.opening(&arguments.reading)?, context)?;
-    let fit = arguments.training.fit(&opened, context.seed())?;
+    let mut fit = arguments.training.fit(&opened, context.seed())?;
+    if let Some(faces) = arguments.base_faces {
+        fit = fit.base_faces(faces as usize);
+    }
     let fitted = learned(fit, &input, None, context)?;
     if interrupt::is_requested() {
         return Err(Failure::new("interrupted"));
@@ -78,7 +97,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let before = Instant::now();
     let surface = fitted.model.extract_with(EdgeLength::Relative(EDGE_LENGTH), &context.progress())?.mesh;
     let seconds_extracting = before.elapsed().as_secs_f64();
-    let stage = Stage::compared(&opened, &fitted, &surface, context)?;
+    let stage = Stage::compared(&opened, &fitted, &surface, arguments.up, context)?;
     context.write_mesh(&folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
 
     context.write_mesh(&folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;
@@ -137,6 +156,8 @@ struct Stage {
     field: Measurement,
     base_error: VertexScalars,
     field_error: VertexScalars,
+    /// What points up in pictures.
+    up: Up,
 }
 
 impl Stage {
@@ -144,6 +165,7 @@ impl Stage {
         opened: &Opened,
         fitted: &Fitted,
         surface: &ManifoldMesh,
+        up: Option<Up>,
         context: &Context,
     ) -> Result<Self, Failure> {
         let reference = opened.reference(REFERENCE_GRID, &context.progress())?;
@@ -158,6 +180,7 @@ impl Stage {
             field: measure(&reference, surface, &options)?,
             base_error: error(&fitted.base),
             field_error: error(surface),
+            up: up.unwrap_or_else(|| upright(&reference, usual_up(opened.kind))),
             reference,
         })
     }
@@ -177,6 +200,8 @@ fn figures(
 ) -> Vec<(&'static str, String)> {
     let share = |x: f64| format!("{:.4} %", 100.0 * x / stage.field.diagonal);
     let report = &fitted.report;
+    let is_farther = stage.field.hausdorff > stage.base.hausdorff;
+    let remark = if is_farther { ", more than the base mesh's: see where in the pictures" } else { "" };
     vec![
         ("input", format!("{} faces", grouped(stage.reference.face_count()))),
         ("base mesh", format!("{} faces", grouped(fitted.base.face_count()))),
@@ -189,7 +214,7 @@ fn figures(
         ("mean distance, base mesh", format!("{} of the diagonal", share(two_sided(&stage.base)))),
         ("mean distance, learned", format!("{} of the diagonal", share(two_sided(&stage.field)))),
         ("largest distance, base mesh", format!("{} of the diagonal", share(stage.base.hausdorff))),
-        ("largest distance, learned", format!("{} of the diagonal", share(stage.field.hausdorff))),
+        ("largest distance, learned", format!("{} of the diagonal{remark}", share(stage.field.hausdorff))),
         ("faces turned against the input", format!("{:.3} %", 100.0 * stage.field.flipped_fraction)),
     ]
 }
@@ -204,7 +229,7 @@ fn page(
     context: &Context,
 ) -> Result<String, Failure> {
     let progress = context.progress();
-    let plain = Shot::default();
+    let plain = Shot { view: View { up: stage.up, ..View::default() }, ..Shot::default() };
     let wired = Shot { style: Style { wireframe: true, flat: true, ..Style::default() }, ..plain };
     let base = &fitted.base;
     let learned = &surface;

@@ -23,7 +23,7 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,
-    /// Only subdivide the base faces; do not improve the triangles.
+    /// Only subdivide the base faces, until no edge is longer than the edge length; do not improve the triangles.
     #[arg(long)]
     no_refine: bool,
 }
@@ -35,10 +35,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     format_to_write(&arguments.output)?;
     check_output(&arguments.output, &[&arguments.model])?;
+    context.expect(&["extraction"]);
     let model = read_model(&arguments.model)?;
     let started = Instant::now();
     let failed = |e: &dyn std::fmt::Display| Failure::new(format!("{}: {e}", arguments.model.display()));
-    let length = arguments.edge_length.get();
+    let length = arguments.edge_length.get().unwrap_or_default();
     let (mesh, report) = if arguments.no_refine {
         (model.tessellate(length, &context.progress()).map_err(|e| failed(&e))?, None)
     } else {
@@ -50,6 +51,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let figures = ExtractionFigures::of(&mesh, report.as_ref());
     let mut json = serde_json::to_value(&figures)?;
     json["seconds"] = seconds.into();
+    let target = length.world(&model);
+    json["target_edge_length"] = target.into();
     let ExtractionFigures { edge_length: length, min_angle_deg: angle, .. } = figures;
     let rows = [
         ("vertices", grouped(figures.vertices)),
@@ -65,7 +68,13 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ),
         (
             "edge length",
-            format!("{} to {}, mean {}", readable(length.min), readable(length.max), readable(length.mean)),
+            format!(
+                "{} to {}, mean {}; asked: {}",
+                readable(length.min),
+                readable(length.max),
+                readable(length.mean),
+                arguments.edge_length.in_words(target)
+            ),
         ),
         (
             "smallest angles",

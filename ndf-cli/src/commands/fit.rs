@@ -7,21 +7,18 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use ndf::band::BandFigures;
-use ndf::base::NoBaseMesh;
-use ndf::{Checkpoint, DVec3, Fit, FitError, Fitted, ManifoldMesh, Record};
+use ndf::{Checkpoint, DVec3, Fitted, Kind, ManifoldMesh, Record};
 use ndf_mesh::ValidationReport;
 use ndf_mesh::io::atomic_write;
-use ndf_meshing::BaseMeshError;
-use ndf_model::levels::LevelsError;
-use ndf_train::levels::LevelFitError;
 use ndf_train::{CheckpointError, LogRecord};
 use serde_json::json;
 
 use crate::arguments::{PartArguments, Reading, Training, seconds};
 use crate::context::Context;
-use crate::files::{LARGEST, open, read_faces};
+use crate::files::{open, read_faces};
 use crate::interrupt;
-use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
+use crate::learning::{STAGES, learned};
+use crate::output::{Failure, Outcome, check_model_name, check_output, grouped, is_same, readable, table};
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -79,6 +76,7 @@ impl Arguments {
 /// If the input is no usable surface, training fails or is interrupted, or the model cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     check_places(arguments)?;
+    context.expect(&STAGES);
     let anchors = arguments.anchors.as_deref().map(read_anchors).transpose()?.unwrap_or_default();
     let checkpoint = arguments.resume.as_deref().map(read_checkpoint).transpose()?;
     let started = Instant::now();
@@ -128,6 +126,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
 /// Whether all outputs can be expected to appear, each in a place of its own, and none instead of an input.
 fn check_places(arguments: &Arguments) -> Result<(), Failure> {
+    check_model_name(&arguments.output)?;
     let outputs = [Some(&arguments.output), arguments.checkpoint.as_ref(), arguments.log.as_ref()];
     let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
     let inputs = [Some(&arguments.input), arguments.base.as_ref(), arguments.anchors.as_ref()];
@@ -158,48 +157,6 @@ fn unwritten(path: &str, error: &std::io::Error, fitted: &Fitted, kept: &Path) -
         }
         None => failure,
     }
-}
-
-/// Learns what was read from a file, with progress and warnings, from the beginning or from the checkpoint of this name. An
-/// interrupted run gives what it has learned.
-///
-/// # Errors
-/// If training fails, or is interrupted before it has begun.
-pub fn learned(
-    fit: Fit<'_>,
-    path: &Path,
-    resumed: Option<&Path>,
-    context: &Context,
-) -> Result<Fitted, Failure> {
-    let name = path.display();
-    let progress = context.progress().cancelled_by(interrupt::flag());
-    fit.progress(&progress).on_note(|note| context.warn_of(&name, note)).run().map_err(|error| {
-        let failure = Failure::new(format!("{name}: {error}"));
-        match error {
-            FitError::NoBaseMesh(NoBaseMesh::NoVolume { .. }) => {
-                failure.try_instead("repair the mesh, or bring a base mesh of your own: `ndf fit --base`")
-            }
-            FitError::NoBaseMesh(NoBaseMesh::LeftOut(_)) => failure.try_instead(LARGEST),
-            FitError::NoBaseMesh(NoBaseMesh::Making(
-                BaseMeshError::NoField | BaseMeshError::Isosurface(_),
-            )) => failure.try_instead("bring a base mesh of your own: `ndf fit --base`"),
-            FitError::Levels(LevelFitError::OutOfReach) => {
-                failure.try_instead("check that base mesh and input are in the same units")
-            }
-            FitError::Levels(LevelFitError::Levels(LevelsError::Faces)) => {
-                failure.try_instead("ask for fewer with --base-faces")
-            }
-            FitError::OtherSurface => failure.try_instead(
-                "give the input and the options that the run began with, or begin anew without --resume",
-            ),
-            FitError::Cancelled => match resumed {
-                Some(checkpoint) => failure
-                    .try_instead(&format!("{} is as it was; go on from it again", checkpoint.display())),
-                None => failure.try_instead("nothing was learned, so there is no checkpoint to go on from"),
-            },
-            _ => failure,
-        }
-    })
 }
 
 /// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given. Whether
@@ -384,7 +341,8 @@ fn unit(fitted: &Fitted) -> &'static str {
 fn base_remark(fitted: &Fitted) -> Option<String> {
     let report = fitted.base_report.as_ref().filter(|report| report.grid.is_some())?;
     let rim = match report.boundary_edges {
-        0 => "closed: the field spans holes of the input".to_owned(),
+        0 if fitted.kind == Kind::Mesh => "closed: its winding number spans holes of the input".to_owned(),
+        0 => "closed".to_owned(),
         edges => format!("open, with {edges} boundary edges"),
     };
     let euler = report.euler_characteristic;

@@ -1,6 +1,6 @@
 //! `ndf geodesic`: distances over a surface.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
@@ -9,20 +9,20 @@ use ndf::{
     TriangleMesh,
 };
 use ndf_mesh::FacePoint;
-use ndf_mesh::io::format_to_write;
+use ndf_mesh::io::{Lines, MeshFormat, format_of_lines, format_to_write};
 use serde_json::{Value, json};
 
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
-use crate::files::read_triangulation;
-use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
+use crate::triangulation::read_triangulation;
 
 /// Arguments of `ndf geodesic`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
-    /// The mesh to write, with the vertex scalar `distance` (.ply; .obj and .stl have no scalars).
+    /// The mesh to write, with the vertex scalar `distance` (.ply; .obj and .stl have no scalars and lose it).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]
@@ -33,9 +33,22 @@ pub struct Arguments {
     /// Time step of the heat method, in squared mean edge lengths [default: 1, or larger where heat must go farther].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = length)]
     time_step: Option<f64>,
-    /// Also find the shortest path from the nearest source to the surface's point closest to this one.
+    /// Also find the shortest path from the nearest source to the surface's point closest to this one; may be given several
+    /// times. The paths are lines in the file of --paths, which `ndf render --paths` draws; --json has them with faces and
+    /// barycentric coordinates, too.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
-    path_to: Option<DVec3>,
+    path_to: Vec<DVec3>,
+    /// Where the paths go: .ply with an element `edge`, or .obj with lines [default: the name of the mesh with .paths.ply].
+    #[arg(long, value_name = "FILE", requires = "path_to")]
+    paths: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// Where paths go, if there are any.
+    fn paths(&self) -> Option<PathBuf> {
+        let beside = || self.output.with_extension("paths.ply");
+        (!self.path_to.is_empty()).then(|| self.paths.clone().unwrap_or_else(beside))
+    }
 }
 
 /// Where distances are measured from; the nearest of all counts.
@@ -45,7 +58,7 @@ struct Sources {
     /// Source: the surface's point closest to this one; may be given several times.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     source: Vec<DVec3>,
-    /// Source: the vertex with this number, counted from 0; may be given several times.
+    /// Source: the vertex of the mesh file with this number, counted from 0; may be given several times.
     #[arg(long, value_name = "I")]
     source_vertex: Vec<u32>,
 }
@@ -65,17 +78,20 @@ enum Method {
 /// # Errors
 /// If the input cannot be read, a source is not on it, or the output cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    format_to_write(&arguments.output)?;
-    check_output(&arguments.output, &[&arguments.triangulation.input])?;
+    check_places(arguments, context)?;
     if arguments.time_step.is_some() && arguments.method == Method::Exact {
         return Err(Failure::new("--time-step is for the heat method").try_instead("add --method heat"));
     }
     let name = arguments.triangulation.input.display();
-    let found = read_triangulation(&arguments.triangulation, context)?;
+    context.expect(&["extraction", "geodesic distances"]);
+    let Sources { source, source_vertex } = &arguments.sources;
+    let counted_vertices = (!source_vertex.is_empty())
+        .then_some("--source-vertex counts the vertices of a mesh; say where with --source X,Y,Z");
+    let read = read_triangulation(&arguments.triangulation, counted_vertices, context)?;
+    let found = &read.surface;
     let mesh = found.mesh();
     let started = Instant::now();
     let vertices = mesh.vertex_count();
-    let Sources { source, source_vertex } = &arguments.sources;
     let mut sources: Vec<Place> = source_vertex.iter().map(|&v| Place::Vertex(v.into())).collect();
     sources.extend(source.iter().copied().map(Place::Near));
     let method = match arguments.method {
@@ -85,7 +101,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let options = DistanceOptions {
         method,
         time_step: arguments.time_step,
-        path_to: arguments.path_to.map(Place::Near),
+        paths_to: arguments.path_to.iter().copied().map(Place::Near).collect(),
     };
     let progress = context.progress();
     let distances = found.distances(&sources, &options, &progress).map_err(|error| match error {
@@ -103,7 +119,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     context.write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
-    let Distances { values: distances, heat, path, notes, .. } = distances;
+    let Distances { values: distances, heat, paths, notes, .. } = distances;
     notes.iter().for_each(|note| context.warn_of(&name, note));
     let unused = found.unused_vertices();
     let unreached = distances.iter().filter(|d| d.is_infinite()).count() - unused.len();
@@ -137,21 +153,64 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             ));
         }
     }
-    let output = arguments.output.display();
-    let path = path.transpose().map_err(|error| {
-        let failure = match (error, arguments.path_to) {
-            (GeodesicError::Unreached { .. }, Some(DVec3 { x, y, z })) => Failure::new(format!(
-                "{name}: there is no path to ({x}, {y}, {z}), which is on another component than the sources"
-            )),
-            (error, _) => Failure::new(format!("{name}: {error}")),
-        };
-        failure.try_instead(&format!("the distances are in {output}"))
-    })?;
-    if let Some(path) = path {
-        rows.push(("path", format!("{} in {} pieces", readable(path.length), path.points.len() - 1)));
-        json["path"] = described(&path, mesh);
+    read.tell(&arguments.triangulation, &mut json, &mut rows);
+    let lengths =
+        arguments.paths().map(|place| write_paths(arguments, &place, &paths, mesh, context)).transpose()?;
+    rows.extend(lengths.map(|lengths| ("paths", lengths)));
+    let paths: Vec<Value> = paths.iter().flatten().map(|path| described(path, mesh)).collect();
+    if let [path] = &paths[..] {
+        json["path"] = path.clone();
     }
+    json["paths"] = paths.into();
+    let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: distances from {}\n{}", counted(sources.len()), table(&rows))))
+}
+
+/// Whether the outputs can be expected to appear, and hold what is asked for.
+fn check_places(arguments: &Arguments, context: &Context) -> Result<(), Failure> {
+    let (output, input) = (&arguments.output, arguments.triangulation.input.as_path());
+    if format_to_write(output)? != MeshFormat::Ply {
+        context.warn(&format!("{}: this format holds no scalars; .ply has the distances", output.display()));
+    }
+    check_output(output, &[input])?;
+    let Some(paths) = arguments.paths() else { return Ok(()) };
+    format_of_lines(&paths)?;
+    check_output(&paths, &[input])?;
+    if is_same(output, &paths) {
+        return Err(Failure::new(format!("{} is the name of two outputs", paths.display()))
+            .try_instead("give the paths another with --paths"));
+    }
+    Ok(())
+}
+
+/// Writes the paths that were found, and says how long they are.
+///
+/// # Errors
+/// If the file cannot be written, or one of the paths was not found.
+fn write_paths(
+    arguments: &Arguments,
+    place: &Path,
+    paths: &[Result<SurfacePath, GeodesicError>],
+    mesh: &TriangleMesh,
+    context: &Context,
+) -> Result<String, Failure> {
+    let corners = |path: &SurfacePath| path.points.iter().map(|p| p.position(mesh)).collect();
+    let polylines: Vec<Vec<DVec3>> = paths.iter().flatten().map(corners).collect();
+    context.write_lines(place, &Lines::from_polylines(polylines.iter().map(Vec::as_slice)))?;
+    let output = arguments.output.display();
+    for (path, DVec3 { x, y, z }) in paths.iter().zip(&arguments.path_to) {
+        let failure = match path {
+            Ok(_) => continue,
+            Err(GeodesicError::Unreached { .. }) => Failure::new(format!(
+                "{}: there is no path to ({x}, {y}, {z}), which is on another component than the sources",
+                arguments.triangulation.input.display()
+            )),
+            Err(error) => Failure::new(format!("{}: {error}", arguments.triangulation.input.display())),
+        };
+        return Err(failure.try_instead(&format!("the distances are in {output}")));
+    }
+    let lengths: Vec<String> = paths.iter().flatten().map(|path| readable(path.length)).collect();
+    Ok(format!("{}: {} long", place.display(), lengths.join(", ")))
 }
 
 fn counted(sources: usize) -> String {

@@ -9,25 +9,31 @@ use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
 use ndf_mesh::repair::finite_part;
 use serde_json::json;
 
+use crate::arguments::EdgeLength;
 use crate::context::Context;
-use crate::files::read_faces;
+use crate::files::{model_mesh, read_faces};
 use crate::output::{Failure, Outcome, readable, table};
 
 /// Arguments of `ndf measure`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// The reference mesh.
+    /// The reference: a mesh, or a model of which one is made.
     reference: PathBuf,
-    /// The mesh to compare with it.
+    /// The mesh to compare with it, or a model.
     mesh: PathBuf,
+    #[command(flatten)]
+    edge_length: EdgeLength,
     /// Samples on each mesh; vertices are measured too.
     #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     samples: u32,
 }
 
-/// What can be measured of the mesh in a file, and the share of its faces that cannot.
-fn finite(path: &Path, context: &Context) -> Result<(TriangleMesh, f64), Failure> {
-    let mesh = read_faces(path, context)?.mesh;
+/// What can be measured of the mesh in a file, or of that of a model, and the share of its faces that cannot.
+fn finite(path: &Path, length: EdgeLength, context: &Context) -> Result<(TriangleMesh, f64), Failure> {
+    let mesh = match model_mesh(path, length, context)? {
+        Some(found) => found.extracted.mesh.into_triangle_mesh(),
+        None => read_faces(path, context)?.mesh,
+    };
     let (finite, left_out) = finite_part(&mesh);
     if left_out > 0.0 && finite.face_count() > 0 {
         let (name, percent) = (path.display(), 100.0 * left_out);
@@ -43,8 +49,9 @@ fn finite(path: &Path, context: &Context) -> Result<(TriangleMesh, f64), Failure
 /// # Errors
 /// If one cannot be read, or has no area.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let (reference, reference_left_out) = finite(&arguments.reference, context)?;
-    let (mesh, mesh_left_out) = finite(&arguments.mesh, context)?;
+    context.expect(&["extraction"]);
+    let (reference, reference_left_out) = finite(&arguments.reference, arguments.edge_length, context)?;
+    let (mesh, mesh_left_out) = finite(&arguments.mesh, arguments.edge_length, context)?;
     let started = Instant::now();
     let options = MeasureOptions { samples: arguments.samples as usize, seed: context.seed() };
     let found = measure(&reference, &mesh, &options).map_err(|error| {
@@ -58,6 +65,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let normals = found.normal_angle_mean.to_degrees();
     let mut json = serde_json::to_value(found)?;
     json.as_object_mut().and_then(|figures| figures.remove("normal_angle_mean"));
+    json["unit"] = "input".into();
     json["normal_deg_mean"] = normals.into();
     json["area_left_out"] = json!({"reference": reference_left_out, "mesh": mesh_left_out});
     json["samples"] = arguments.samples.into();

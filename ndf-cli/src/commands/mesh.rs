@@ -72,6 +72,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let Method::MarchingCubes = arguments.method;
     format_to_write(&arguments.output)?;
     check_output(&arguments.output, &[&arguments.input])?;
+    context.expect(&["orienting", "marching cubes", "decimation"]);
     let name = arguments.input.display();
     let repair = arguments.parts.options(Parts::All);
     let options = OpenOptions { repair, ..arguments.reading.options()? };

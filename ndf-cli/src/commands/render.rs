@@ -1,40 +1,60 @@
-//! `ndf render`: a picture of a mesh.
+//! `ndf render`: a picture of a mesh, or of what stands for it.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf_mesh::io::{MeshFile, atomic_write};
+use ndf_core::BoundingBox;
+use ndf_mesh::io::{Lines, atomic_write, read_lines};
 use ndf_mesh::repair::finite_part;
 use serde_json::json;
 
+use crate::arguments::{EdgeLength, Reading};
 use crate::context::Context;
-use crate::files::read_faces;
-use crate::output::{Failure, Outcome, readable};
+use crate::drawn::{Drawn, read_drawn};
+use crate::output::{Failure, Outcome, check_output, readable};
 use crate::render::{
-    Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, with_legend,
+    Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, upright,
+    with_legend, with_tubes,
 };
+
+/// Radius of drawn lines, as a share of the shorter side of the picture, and in pixels at least.
+const LINE_RADIUS: (f64, f64) = (0.0018, 1.0);
 
 /// Arguments of `ndf render`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// The mesh.
-    mesh: PathBuf,
+    /// A mesh; a model, of which a mesh is made; points, which are drawn as discs; or a network or splats, of which the
+    /// isosurface is drawn.
+    input: PathBuf,
     /// The picture: .png (shaded) or .exr (float layers: colour, depth, normal, scalar).
     #[arg(short, long, value_name = "IMAGE")]
     output: PathBuf,
-    /// Colour the surface by this vertex scalar of the PLY file.
+    #[command(flatten)]
+    edge_length: EdgeLength,
+    /// Colour the surface by this vertex scalar of the PLY file, or of the model.
     #[arg(long, value_name = "NAME")]
     scalar: Option<String>,
+    /// Draw the lines of this file, such as the paths of `ndf geodesic` (.ply with an element `edge`, .obj); may be given
+    /// several times.
+    #[arg(long, value_name = "FILE")]
+    paths: Vec<PathBuf>,
     /// Draw this many isolines of the scalar.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "scalar", value_parser = clap::value_parser!(u32).range(..=1000))]
     isolines: u32,
     /// Viewing direction in degrees: azimuth around the up axis, and elevation.
     #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = angles)]
     view: (f64, f64),
-    /// The axis that points up.
-    #[arg(long, value_enum, default_value_t)]
-    up: Up,
+    /// The direction that points up [default: z for STL, surveys (LAS, E57, PTS, PTX), NeRF and splats and y for the rest, but
+    /// the other of both where the shape stands on that one only].
+    #[arg(
+        long,
+        value_enum,
+        allow_hyphen_values = true,
+        hide_possible_values = true,
+        value_name = "x|y|z|-x|-y|-z"
+    )]
+    up: Option<Up>,
     /// Size of the picture in pixels.
     #[arg(long, value_name = "W,H", default_value = "1200,900", value_parser = size)]
     size: (usize, usize),
@@ -50,12 +70,14 @@ pub struct Arguments {
     /// Leave the background of a PNG transparent instead of white.
     #[arg(long)]
     transparent: bool,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Draws a mesh.
 ///
 /// # Errors
-/// If the mesh cannot be read or has no faces, the scalar does not exist, or the picture cannot be written.
+/// If the input cannot be read or has nothing to be drawn, the scalar does not exist, or the picture cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     let started = Instant::now();
     let extension = arguments.output.extension().map(std::ffi::OsStr::to_ascii_lowercase);
@@ -69,28 +91,44 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             )));
         }
     };
-    let file = read_faces(&arguments.mesh, context)?;
-    let values = arguments.scalar.as_deref().map(|name| scalar(arguments, &file, name)).transpose()?;
+    check_output(&arguments.output, &[&arguments.input])?;
+    context.expect(&["orienting", "marching cubes", "extraction", "drawing"]);
+    let lines = arguments.paths.iter().map(read_lines).collect::<Result<Vec<Lines>, _>>()?;
+    let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
+    let values = arguments.scalar.as_deref().map(|name| scalar(arguments, &drawn, name)).transpose()?;
     let style = Style {
         isolines: arguments.isolines,
         wireframe: arguments.wireframe,
         flat: arguments.flat,
+        two_sided: drawn.two_sided,
         ..Style::default()
     };
-    let view = View { yaw: arguments.view.0, pitch: arguments.view.1, up: arguments.up };
+    let up = arguments.up.unwrap_or_else(|| upright(&drawn.mesh, drawn.usual_up));
+    let why = match arguments.up {
+        Some(_) => "",
+        None if up == drawn.usual_up => " as usual (--up)",
+        None => ", on which it stands (--up)",
+    };
+    let view = View { yaw: arguments.view.0, pitch: arguments.view.1, up };
     let (width, height) = arguments.size;
     let map = values.map(ColourMap::of);
     let legend = map.filter(|_| !is_exr && !arguments.no_legend);
     let strip = if legend.is_some() { strip_width(width, height) } else { 0 };
     // Vertices that no face uses may be anywhere.
-    let seen = finite_part(&file.mesh).0;
+    let seen = finite_part(&drawn.mesh).0;
     let camera = Camera::framing(seen.positions(), view, width - strip, height);
-    let mut scene = Scene::new(&file.mesh);
-    if let (Some(values), Some(map)) = (values, map) {
-        scene = scene.painted(values, map);
+    let center = BoundingBox::of_points(seen.positions()).center();
+    let radius = (LINE_RADIUS.0 * width.min(height) as f64).max(LINE_RADIUS.1)
+        * camera.pixel_size(camera.eye().distance(center));
+    let mesh = lines.iter().fold(drawn.mesh.clone(), |mesh, lines| with_tubes(&mesh, lines, radius));
+    let mut painted = values.unwrap_or_default().to_vec();
+    let mut scene = Scene::new(&mesh).with_lines_from(drawn.mesh.face_count());
+    if let Some(map) = map {
+        painted.resize(mesh.vertex_count(), f32::NAN);
+        scene = scene.painted(&painted, map);
     }
-    if scene.is_empty() {
-        let failure = Failure::new(format!("{} has no face with finite corners", arguments.mesh.display()));
+    if seen.face_count() == 0 {
+        let failure = Failure::new(format!("{} has no face with finite corners", arguments.input.display()));
         return Err(failure.try_instead("ndf info lists what is wrong with it"));
     }
     let mut image = render(&scene, &camera, &style, &context.progress());
@@ -108,25 +146,26 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let seconds = started.elapsed().as_secs_f64();
     let range = map.map(|m| m.range());
     let covered = image.colour.iter().map(|p| f64::from(p[3])).sum::<f64>() / image.colour.len() as f64;
-    let mut text = format!("{path}: {width} × {height} pixels, {seconds:.1} s\n");
+    let mut text = format!("{path}: {width} × {height} pixels, {up} up{why}, {seconds:.1} s\n");
     if let (Some((low, high)), Some(name)) = (range, &arguments.scalar) {
         text += &format!("  colours of {name} from {} to {}\n", readable(low), readable(high));
     }
     let json = json!({
         "output": path, "width": width, "height": height, "seconds": seconds,
         "scalar_range": range.map(|(low, high)| [low, high]), "covered": covered,
+        "drawn": drawn.what, "up": up.to_string(),
     });
     Ok(Outcome::new(json, text))
 }
 
-fn scalar<'a>(arguments: &Arguments, file: &'a MeshFile, name: &str) -> Result<&'a [f32], Failure> {
-    if let Some(found) = file.scalars.iter().find(|s| s.name == name) {
+fn scalar<'a>(arguments: &Arguments, drawn: &'a Drawn, name: &str) -> Result<&'a [f32], Failure> {
+    if let Some(found) = drawn.scalars.iter().find(|s| s.name == name) {
         return Ok(&found.values);
     }
-    let failure = Failure::new(format!("{} has no vertex scalar named {name}", arguments.mesh.display()));
-    let names: Vec<&str> = file.scalars.iter().map(|s| s.name.as_str()).collect();
+    let failure = Failure::new(format!("{} has no vertex scalar named {name}", arguments.input.display()));
+    let names: Vec<&str> = drawn.scalars.iter().map(|s| s.name.as_str()).collect();
     Err(if names.is_empty() {
-        failure.try_instead("it has none at all; only PLY files hold scalars")
+        failure.try_instead("it has none at all; PLY files and models hold scalars")
     } else {
         failure.try_instead(&format!("it has {}", names.join(", ")))
     })

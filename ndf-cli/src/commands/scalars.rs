@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::arguments::{EdgeLength, PresetName, bits, share};
 use crate::context::Context;
 use crate::files::{read_faces, read_model};
-use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_model_name, check_output, grouped, readable, table};
 
 /// Where values come from, for those who have none.
 const VALUES: &str = "`ndf geodesic` and `ndf spectrum` write PLY files that have some";
@@ -178,7 +178,9 @@ impl FitArguments {
 }
 
 fn run_fit(arguments: &FitArguments, context: &Context) -> Result<Outcome, Failure> {
+    check_model_name(&arguments.output)?;
     check_output(&arguments.output, &[&arguments.values])?;
+    context.expect(&["scalars"]);
     let mut model = read_model(&arguments.model)?;
     if begins_as_model(&arguments.values) {
         let name = arguments.values.display();
@@ -278,8 +280,10 @@ fn run_eval(arguments: &EvalArguments, context: &Context) -> Result<Outcome, Fai
         let failure = Failure::new(format!("{name} has no scalars"));
         return Err(failure.try_instead("`ndf scalars fit` stores some in it"));
     }
+    context.expect(&["extraction"]);
     let started = Instant::now();
-    let found = model.extract_with(arguments.edge_length.get(), &context.progress());
+    let length = arguments.edge_length.get().unwrap_or_default();
+    let found = model.extract_with(length, &context.progress());
     let found = found.map_err(|e| Failure::new(format!("{name}: {e}")))?;
     let columns = stored_scalars(&model, &found);
     let mesh = found.mesh;
@@ -299,9 +303,11 @@ fn run_eval(arguments: &EvalArguments, context: &Context) -> Result<Outcome, Fai
         "vertices": mesh.vertex_count(),
         "faces": mesh.face_count(),
         "scalars": ranges,
+        "target_edge_length": length.world(&model),
     });
     let rows = [
         ("vertices", grouped(mesh.vertex_count())),
+        ("edge length", arguments.edge_length.in_words(length.world(&model))),
         ("scalars", names.join(", ")),
         ("time", format!("{seconds:.3} s")),
     ];

@@ -11,8 +11,8 @@ use serde_json::json;
 
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
-use crate::files::read_triangulation;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::triangulation::read_triangulation;
 
 /// Arguments of `ndf spectrum`.
 #[derive(Args, Debug)]
@@ -41,7 +41,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     format_to_write(&arguments.output)?;
     check_output(&arguments.output, &[&arguments.triangulation.input])?;
     let name = arguments.triangulation.input.display();
-    let triangulated = read_triangulation(&arguments.triangulation, context)?;
+    context.expect(&["extraction", "factoring", "modes"]);
+    let found_on = read_triangulation(&arguments.triangulation, None, context)?;
+    let triangulated = &found_on.surface;
     if let Triangles::Soup { reason, mesh } = &triangulated.triangles
         && mesh.face_count() > 0
     {
@@ -83,6 +85,13 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if let Some(factors) = triangulated.factors {
         json["metric"] = json!(factors);
         rows.push(("metric", format!("lengths times {:.5}", factors.operators)));
+    }
+    found_on.tell(&arguments.triangulation, &mut json, &mut rows);
+    if !found.verified {
+        context.warn(&format!(
+            "{name}: the eigenvalues were not proven to be complete, since they lie too close together to be counted; a few \
+             more with --modes may settle it"
+        ));
     }
     let output = arguments.output.display();
     Ok(Outcome::new(json, format!("{output}: {} modes\n{}", found.eigenvalues.len(), table(&rows))))

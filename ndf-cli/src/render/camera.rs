@@ -8,7 +8,7 @@ const HALF_ANGLE_DEGREES: f64 = 12.0;
 /// Share of the picture left free on every side.
 const MARGIN: f64 = 0.04;
 
-/// The axis that points up in the picture.
+/// The direction that points up in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Up {
     /// The x axis.
@@ -16,8 +16,38 @@ pub enum Up {
     /// The y axis, as in most scanned models.
     #[default]
     Y,
-    /// The z axis, as in most CAD models.
+    /// The z axis, as in most CAD models and captured scenes.
     Z,
+    /// Against the x axis.
+    #[value(name = "-x")]
+    MinusX,
+    /// Against the y axis, as in scenes of COLMAP.
+    #[value(name = "-y")]
+    MinusY,
+    /// Against the z axis.
+    #[value(name = "-z")]
+    MinusZ,
+}
+
+impl Up {
+    /// The number of the axis, and whether up is against it.
+    fn axis(self) -> (usize, bool) {
+        match self {
+            Self::X => (0, false),
+            Self::Y => (1, false),
+            Self::Z => (2, false),
+            Self::MinusX => (0, true),
+            Self::MinusY => (1, true),
+            Self::MinusZ => (2, true),
+        }
+    }
+}
+
+impl std::fmt::Display for Up {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (axis, is_against) = self.axis();
+        write!(f, "{}{}", if is_against { "-" } else { "" }, ["x", "y", "z"][axis])
+    }
 }
 
 /// The side a mesh is seen from, in degrees. At yaw 0 the camera looks against the axis after the one that
@@ -60,13 +90,10 @@ impl Camera {
     pub fn framing(points: &[DVec3], view: View, width: usize, height: usize) -> Self {
         assert!(width > 0 && height > 0, "the picture has no pixel");
         let (yaw, pitch) = (view.yaw.to_radians(), view.pitch.to_radians());
-        let axis = match view.up {
-            Up::X => 0,
-            Up::Y => 1,
-            Up::Z => 2,
-        };
+        let (axis, is_against) = view.up.axis();
         // Back, right and up of a camera at yaw and pitch 0 follow each other as the axes do.
         let [up, back, right] = [0, 1, 2].map(|k| DVec3::AXES[(axis + k) % 3]);
+        let (up, right) = if is_against { (-up, -right) } else { (up, right) };
         let (sideways, ahead) = (right * yaw.cos() - back * yaw.sin(), back * yaw.cos() + right * yaw.sin());
         let backward = ahead * pitch.cos() + up * pitch.sin();
         let (right, up, forward) = (sideways, backward.cross(sideways), -backward);

@@ -13,12 +13,18 @@ mod legend;
 mod lighting;
 mod lines;
 mod normals;
+mod points;
 mod shading;
+mod tubes;
+mod upright;
 
 pub use camera::{Camera, Up, View};
 pub use colour_map::{ColourMap, Legend};
 pub use export::{exr_bytes, png_bytes};
 pub use legend::{strip_width, with_legend};
+pub use points::{MAX_POINTS, discs};
+pub use tubes::with_tubes;
+pub use upright::upright;
 
 use ndf_core::{DVec3, Progress};
 use ndf_mesh::{Face, RayHit, TriangleMesh, TriangleTree};
@@ -38,6 +44,8 @@ pub struct Scene<'a> {
     normals: CornerNormals,
     /// One value a vertex, and how they become colours.
     scalar: Option<(&'a [f32], ColourMap)>,
+    /// The first face that is of lines and not of the surface.
+    lines: usize,
 }
 
 impl<'a> Scene<'a> {
@@ -46,7 +54,14 @@ impl<'a> Scene<'a> {
     /// # Panics
     /// If the mesh has 2²⁸ faces or more.
     pub fn new(mesh: &'a TriangleMesh) -> Self {
-        Self { mesh, tree: TriangleTree::new(mesh), normals: CornerNormals::of(mesh), scalar: None }
+        let (tree, normals) = (TriangleTree::new(mesh), CornerNormals::of(mesh));
+        Self { mesh, tree, normals, scalar: None, lines: mesh.face_count() }
+    }
+
+    /// The scene, of whose mesh the faces from this one on are [of lines](with_tubes): they have a colour of their own.
+    #[must_use]
+    pub fn with_lines_from(self, lines: usize) -> Self {
+        Self { lines, ..self }
     }
 
     /// The scene painted with a value for every vertex. Values that are not finite are grey.
@@ -57,11 +72,6 @@ impl<'a> Scene<'a> {
     pub fn painted(self, values: &'a [f32], map: ColourMap) -> Self {
         assert_eq!(values.len(), self.mesh.vertex_count());
         Self { scalar: Some((values, map)), ..self }
-    }
-
-    /// Whether there is nothing to be seen: no face has finite corners.
-    pub fn is_empty(&self) -> bool {
-        self.tree.is_empty()
     }
 
     /// Values at the corners of a face.
@@ -80,13 +90,15 @@ pub struct Style {
     pub wireframe: bool,
     /// Whether every face has one normal; otherwise normals are smooth across edges that are not sharp.
     pub flat: bool,
+    /// Whether sides mean nothing; otherwise those of faces that are seen from inside have a colour that shows it.
+    pub two_sided: bool,
     /// Reflectance of the surface where no scalar paints it, linear.
     pub colour: [f32; 3],
 }
 
 impl Default for Style {
     fn default() -> Self {
-        Self { isolines: 0, wireframe: false, flat: false, colour: [0.30, 0.43, 0.60] }
+        Self { isolines: 0, wireframe: false, flat: false, two_sided: false, colour: [0.30, 0.43, 0.60] }
     }
 }
 
@@ -124,14 +136,14 @@ struct Surfel {
 pub fn render(scene: &Scene<'_>, camera: &Camera, style: &Style, progress: &dyn Progress) -> Image {
     let (width, height) = camera.size();
     let pixels = width * height;
-    progress.report("casting rays", 0.0);
+    progress.report("drawing", 0.0);
     let surfels: Vec<Option<Surfel>> = (0..pixels)
         .into_par_iter()
         .map(|i| cast(scene, style, camera, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
         .collect();
-    progress.report("gathering light", 0.2);
+    progress.report("drawing", 0.2);
     let lighting = Lighting::gather(scene, camera, &surfels);
-    progress.report("shading", 0.6);
+    progress.report("drawing", 0.6);
     let centre: Vec<[f32; 4]> = (0..pixels)
         .into_par_iter()
         .map(|i| match &surfels[i] {
@@ -139,7 +151,7 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, style: &Style, progress: &dyn 
             None => [0.0; 4],
         })
         .collect();
-    progress.report("smoothing edges", 0.8);
+    progress.report("drawing", 0.8);
     let colour = (0..pixels)
         .into_par_iter()
         .map(|i| {
@@ -161,7 +173,7 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, style: &Style, progress: &dyn 
             sum
         })
         .collect();
-    progress.report("smoothing edges", 1.0);
+    progress.report("drawing", 1.0);
     let depth = |s: &Surfel| (s.hit.t * s.direction.dot(camera.forward())) as f32;
     Image {
         width,
@@ -194,6 +206,7 @@ fn cast(scene: &Scene<'_>, style: &Style, camera: &Camera, x: f64, y: f64) -> Op
     // An interpolated normal may turn away from the camera near an outline, where the face does not.
     let is_usable = !style.flat && smooth.dot(direction) < 0.0;
     let normal = if is_usable { smooth } else { face_normal };
+    let is_back = is_back && !style.two_sided;
     Some(Surfel { hit, direction, position: camera.eye() + hit.t * direction, face_normal, normal, is_back })
 }
 

@@ -12,6 +12,9 @@ const BACK: [f32; 3] = [0.55, 0.13, 0.09];
 /// Lines on the surface and writing, linear.
 pub(super) const INK: [f32; 3] = [0.012, 0.014, 0.02];
 
+/// Lines in space, linear: an orange that none of the colour maps has.
+const LINE: [f32; 3] = [0.85, 0.16, 0.01];
+
 const KEY: [f32; 3] = [1.02, 0.98, 0.91];
 const FILL: [f32; 3] = [0.17, 0.20, 0.25];
 const RIM: [f32; 3] = [0.20, 0.20, 0.21];
@@ -57,6 +60,9 @@ fn bounced(open: f32, albedo: f32) -> f32 {
 }
 
 fn albedo(scene: &Scene<'_>, camera: &Camera, style: &Style, surfel: &Surfel) -> [f32; 3] {
+    if surfel.hit.at.face.index() >= scene.lines {
+        return LINE;
+    }
     let mut albedo = if surfel.is_back { BACK } else { style.colour };
     let needs_lines = style.wireframe || style.isolines > 0;
     let frame = needs_lines.then(|| ScreenFrame::at(scene, camera, surfel));

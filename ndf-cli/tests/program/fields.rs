@@ -107,8 +107,8 @@ fn bad_fields_are_refused_with_a_sentence() {
         ("no-items.laz", "compressed data is damaged"),
         ("a.ksplat", "splats from PLY, SPZ, SOG, GLB, PyTorch and .splat"),
     ] {
-        for command in ["info", "fit", "mesh"] {
-            let all = [command, file, "-o", "out.ply"];
+        for (command, output) in [("info", ""), ("fit", "out.ndf"), ("mesh", "out.ply")] {
+            let all = [command, file, "-o", output];
             let run = ndf(&folder.0, if command == "info" { &all[..2] } else { &all });
             let sentence = run.sentence();
             assert!(sentence.contains(said) && sentence.contains(file), "{sentence}");

@@ -126,7 +126,6 @@ fn damaged_models_and_absurd_lengths_are_refused() {
     assert!(extract("missing.ndf", "0.1").sentence().contains("missing.ndf"));
     assert!(extract("good.ndf", "1e-7").sentence().contains("triangles"));
     assert_eq!(extract("good.ndf", "-1").code, 2);
-    assert_eq!(ndf(&folder.0, &["extract", "good.ndf", "-o", "out.ply"]).code, 2);
     assert!(ndf(&folder.0, &["fit", "good.ndf", "-o", "out.ndf"]).sentence().contains("extract"));
 }
 
@@ -310,8 +309,6 @@ fn distances_and_modes_of_meshes_and_models() {
         &["geodesic", "torus.ndf", "-o", "g.ply", "--source-vertex", "0"][..],
         &["spectrum", "torus.ndf", "-o", "g.ply"],
     ] {
-        assert!(ndf(&folder.0, command).sentence().contains("--edge-length"));
-        assert!(!folder.0.join("g.ply").exists());
         assert_eq!(ndf(&folder.0, &[command, &["--edge-length", "0.1"]].concat()).code, 0);
         std::fs::remove_file(folder.0.join("g.ply")).unwrap();
     }

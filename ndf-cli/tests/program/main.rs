@@ -6,9 +6,12 @@ mod bad_meshes;
 mod commands;
 mod docs;
 mod fields;
+mod json;
+mod kinds;
 mod learning;
 mod outputs;
 mod parts;
+mod paths;
 mod scalars;
 
 use std::path::{Path, PathBuf};
@@ -17,6 +20,7 @@ use std::time::{Duration, Instant};
 
 /// What a run of the program left behind.
 struct Run {
+    arguments: Vec<String>,
     code: i32,
     stdout: String,
     stderr: String,
@@ -29,6 +33,7 @@ fn ndf(folder: &Path, arguments: &[&str]) -> Run {
     let output: Output =
         Command::new(env!("CARGO_BIN_EXE_ndf")).current_dir(folder).args(arguments).output().unwrap();
     Run {
+        arguments: arguments.iter().map(|&word| word.to_owned()).collect(),
         code: output.status.code().unwrap_or(-1),
         stdout: String::from_utf8(output.stdout).unwrap(),
         stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
@@ -37,11 +42,12 @@ fn ndf(folder: &Path, arguments: &[&str]) -> Run {
 }
 
 impl Run {
-    /// The object on stdout of a run that succeeded.
+    /// The object on stdout of a run that succeeded, as the schema says.
     fn json(&self) -> serde_json::Value {
         assert_eq!(self.code, 0, "{}", self.stderr);
         let value: serde_json::Value = serde_json::from_str(&self.stdout).unwrap();
         assert!(value.is_object() && self.stdout.trim_end().lines().count() == 1, "{}", self.stdout);
+        json::check(&self.arguments.iter().map(String::as_str).collect::<Vec<_>>(), &value);
         value
     }
 
@@ -49,7 +55,8 @@ impl Run {
     fn sentence(&self) -> &str {
         assert_eq!(self.code, 1, "{}{}", self.stdout, self.stderr);
         assert_eq!(self.stdout, "");
-        let said: Vec<&str> = self.stderr.lines().filter(|l| !l.starts_with("ndf: warning: ")).collect();
+        let is_beside = |l: &&str| !l.starts_with("ndf: warning: ") && !l.starts_with("ndf: note: ");
+        let said: Vec<&str> = self.stderr.lines().filter(is_beside).collect();
         assert!(matches!(said[..], [line] if line.starts_with("ndf: ")), "{}", self.stderr);
         said[0]
     }

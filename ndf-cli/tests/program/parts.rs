@@ -227,9 +227,10 @@ fn refusals_say_what_the_file_is_and_what_to_do() {
             "measure cloud.xyz mesh.obj",
             "cloud.xyz is a point cloud, and a mesh is needed here; `ndf mesh` makes one of it",
         ),
-        ("geodesic cloud.xyz -o x.ply --source 0,0,1", "is a point cloud"),
-        ("spectrum cloud.xyz -o x.ply", "is a point cloud"),
-        ("render cloud.xyz -o x.png", "is a point cloud"),
+        (
+            "geodesic cloud.xyz -o x.ply --source-vertex 0",
+            "is a point cloud, and --source-vertex counts the vertices",
+        ),
         (
             "extract cloud.xyz -o x.ply --edge-length 1",
             "cloud.xyz is a point cloud, not an .ndf model; `ndf fit`",

@@ -6,6 +6,7 @@
 
 mod atomic;
 mod defect;
+mod lines;
 mod note;
 mod obj;
 mod off;
@@ -23,6 +24,7 @@ use crate::TriangleMesh;
 
 pub use atomic::{atomic_write, check_folder, remove_temporary_files};
 pub use defect::FileDefect;
+pub use lines::{Lines, format_of_lines, read_lines, write_lines};
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
 pub use signature::Signature;

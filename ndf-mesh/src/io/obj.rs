@@ -109,6 +109,31 @@ fn refuse_prose(text: &str) -> Result<(), FileDefect> {
     }
 }
 
+/// The segments of the polylines: those of statements `l`.
+pub(super) fn lines(bytes: &[u8]) -> Result<Vec<[u32; 2]>, FileDefect> {
+    let text = String::from_utf8_lossy(bytes);
+    let vertices = statements(&text).filter(|s| s.keyword() == "v").count();
+    let (mut before, mut segments) = (0, Vec::new());
+    for statement in statements(&text) {
+        match statement.keyword() {
+            "v" => before += 1,
+            "l" => {
+                let ends = statement.indices().map(|index| corner(index, statement.line, before, vertices));
+                let ends = ends.collect::<Result<Vec<u32>, _>>()?;
+                segments.extend(ends.windows(2).map(|ends| [ends[0], ends[1]]));
+            }
+            _ => {}
+        }
+    }
+    Ok(segments)
+}
+
+/// Writes points and one statement `l` a segment.
+pub(super) fn write_lines(out: &mut dyn Write, points: &[DVec3], segments: &[[u32; 2]]) -> io::Result<()> {
+    points.iter().try_for_each(|p| writeln!(out, "v {} {} {}", p.x, p.y, p.z))?;
+    segments.iter().try_for_each(|[a, b]| writeln!(out, "l {} {}", a + 1, b + 1))
+}
+
 /// Writes positions (shortest decimals that read back the same) and faces.
 pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     for p in mesh.positions() {

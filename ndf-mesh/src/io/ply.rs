@@ -86,6 +86,60 @@ pub(super) fn read(bytes: &[u8]) -> Parsed {
     Ok(content)
 }
 
+/// The ends of the rows of the element `edge`.
+pub(super) fn edges(bytes: &[u8]) -> Result<Vec<[u32; 2]>, FileDefect> {
+    let (header, body) = split_header(bytes)?;
+    let stream = io::Read::chain(header.as_bytes(), io::Read::chain(body, &b"\n"[..]));
+    let mut reader =
+        PlyReader::from_reader(stream).map_err(|e| FileDefect::undecodable(format!("header: {}", e.0)))?;
+    let format = reader.header().format;
+    let mut edges = Vec::new();
+    while let Some(element) = reader.current_element().cloned() {
+        check_length(&element, format, body.len())?;
+        if element.name != "edge" {
+            read_rows(&mut reader, &element, &mut Columns::default())?;
+            continue;
+        }
+        let named = |name: &str| {
+            let found = element.properties.iter().position(|p| p.name == name);
+            found.ok_or_else(|| FileDefect::missing(format!("element edge has no property {name}")))
+        };
+        let ends = [named("vertex1")?, named("vertex2")?];
+        let mut keep = |row: &Row| {
+            let [a, b] = ends.map(|i| row.scalars[i]);
+            let is_index = |x: f64| f64::from(x as u32) == x;
+            if !is_index(a) || !is_index(b) {
+                return Err(format!("{a} and {b} are not vertex indices"));
+            }
+            edges.push([a as u32, b as u32]);
+            Ok(())
+        };
+        read_rows(&mut reader, &element, &mut Columns { list: None, each: Some(&mut keep) })?;
+    }
+    Ok(edges)
+}
+
+/// Writes binary little-endian PLY: the points as `vertex`, the segments as `edge`.
+pub(super) fn write_lines(
+    out: &mut dyn Write,
+    points: &[DVec3],
+    segments: &[[u32; 2]],
+    is_double: bool,
+) -> io::Result<()> {
+    let number = if is_double { "double" } else { "float" };
+    writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}", points.len())?;
+    writeln!(out, "property {number} x\nproperty {number} y\nproperty {number} z")?;
+    writeln!(out, "element edge {}\nproperty int vertex1\nproperty int vertex2\nend_header", segments.len())?;
+    points.iter().try_for_each(|&p| write_position(out, p, is_double))?;
+    segments.iter().flatten().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+}
+
+fn write_position(out: &mut dyn Write, position: DVec3, is_double: bool) -> io::Result<()> {
+    position.to_array().into_iter().try_for_each(|x| {
+        if is_double { out.write_all(&x.to_le_bytes()) } else { out.write_all(&(x as f32).to_le_bytes()) }
+    })
+}
+
 /// Writes binary little-endian PLY: `x y z` as float, one float property a scalar, and the faces as lists
 /// `vertex_indices` of int with counts of uchar.
 pub(super) fn write(
@@ -102,13 +156,7 @@ pub(super) fn write(
     }
     writeln!(out, "element face {}\nproperty list uchar int vertex_indices\nend_header", mesh.face_count())?;
     for (v, p) in mesh.positions().iter().enumerate() {
-        for x in p.to_array() {
-            if is_double {
-                out.write_all(&x.to_le_bytes())?;
-            } else {
-                out.write_all(&(x as f32).to_le_bytes())?;
-            }
-        }
+        write_position(out, *p, is_double)?;
         for scalar in scalars {
             out.write_all(&scalar.values[v].to_le_bytes())?;
         }

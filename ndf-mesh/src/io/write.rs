@@ -24,6 +24,12 @@ pub enum WriteError {
         /// The file.
         path: PathBuf,
     },
+    /// The extension is not one of those in which lines can be written.
+    #[error("the name {} does not tell a format of lines; end it in .ply or .obj", path.display())]
+    NoLines {
+        /// The file.
+        path: PathBuf,
+    },
     /// Scalars that do not belong to the mesh.
     #[error("the scalar {name} has {values} values for {vertices} vertices")]
     ScalarLength {
@@ -83,11 +89,11 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// What single precision does to the positions of a mesh.
-    pub fn to_single(mesh: &TriangleMesh) -> Self {
+    /// What single precision does to these positions.
+    pub fn to_single(positions: &[DVec3]) -> Self {
         let moved = |p: &DVec3| p.distance(p.as_vec3().as_dvec3());
-        let moved = mesh.positions().iter().map(moved).fold(0.0, f64::max);
-        let diagonal = BoundingBox::of_points(mesh.positions()).diagonal();
+        let moved = positions.iter().map(moved).fold(0.0, f64::max);
+        let diagonal = BoundingBox::of_points(positions).diagonal();
         Self { moved, share: if moved > 0.0 { moved / diagonal } else { 0.0 } }
     }
 
@@ -132,7 +138,7 @@ pub fn write_mesh_with(
         }
     }
     let format = format_to_write(path)?;
-    let rounding = Rounding::to_single(mesh);
+    let rounding = Rounding::to_single(mesh.positions());
     let is_double = positions == Positions::Double || rounding.is_coarse();
     let written = atomic_write(path, |out| match format {
         MeshFormat::Ply => ply::write(out, mesh, scalars, is_double),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ndf_core::{DVec3, ImplicitField, Progress};
+use ndf_core::{DVec3, ImplicitField, Part, Progress};
 use ndf_mesh::TriangleMesh;
 use rayon::prelude::*;
 
@@ -100,8 +100,13 @@ impl<'a, F: ImplicitField> Filling<'a, F> {
                 break;
             }
             self.band.report.finest = self.side(depth);
-            let sampled = self.sample(&cells, depth, progress)?;
-            let coarse = self.too_coarse(&cells, &sampled, depth, progress)?;
+            // How many cubes will be halved is not known before; every size counts as the same amount of work.
+            let share =
+                |sizes: u32, part: f64| (f64::from(sizes) + part) / f64::from(self.options.halvings + 1);
+            let parts = [share(depth, 0.0), share(depth, 0.7), share(depth, 1.0)];
+            let sampled = self.sample(&cells, depth, &Part::new(progress, parts[0], parts[1]))?;
+            let coarse =
+                self.too_coarse(&cells, &sampled, depth, &Part::new(progress, parts[1], parts[2]))?;
             let halved = coarse.iter().filter(|&&coarse| coarse).count();
             let may_halve = depth < self.options.halvings
                 && self.band.cubes.len() + cells.len() + 7 * halved <= self.options.most_cubes;

@@ -80,7 +80,6 @@ fn one_of_each() -> Vec<Error> {
         NoBaseMesh::Making(IsosurfaceError::NoCrossing { level: 0.0, evaluations: 1, cell: 1.0 }.into())
             .into(),
         FitError::from(TrainError::from(SettingsError::NoEpochs)).into(),
-        NoTriangulation::NoEdgeLength { name: name() }.into(),
         DistanceError::NoVertex { vertex: Vertex(3), vertices: 3 }.into(),
         FitError::from(TrainError::OutOfReach { share: 0.0 }).into(),
         FitError::from(TrainError::OtherTerm(name())).into(),

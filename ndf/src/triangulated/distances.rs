@@ -1,7 +1,7 @@
 //! Distances and paths over triangulated surfaces, told at the vertices and faces of the file.
 
 use ndf_core::{DVec3, Hint, Progress};
-use ndf_geodesic::{ExactOptions, GeodesicError, HeatSolver, Path, exact_distances};
+use ndf_geodesic::{ExactOptions, GeodesicError, Geodesics, HeatSolver, Path, exact_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::repair::{Irreparable, Origins, double_cover};
@@ -36,15 +36,15 @@ pub enum DistanceMethod {
 }
 
 /// What is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DistanceOptions {
     /// How.
     pub method: DistanceMethod,
     /// The time step of the heat method, in squared mean edge lengths. If none is given 1, or the least power of four
     /// with which heat reaches every vertex.
     pub time_step: Option<f64>,
-    /// Where a shortest path leads from the nearest source, if one is wanted. It is exact with either method.
-    pub path_to: Option<Place>,
+    /// Where shortest paths lead from the nearest source. They are exact with either method.
+    pub paths_to: Vec<Place>,
 }
 
 /// The largest time step that is tried where none is given: heat reaches some 200,000 edges.
@@ -59,8 +59,8 @@ pub struct Distances {
     pub values: Vec<f64>,
     /// What the heat method took, where it was used.
     pub heat: Option<HeatReport>,
-    /// The path that was asked for, or why there is none.
-    pub path: Option<Result<SurfacePath, GeodesicError>>,
+    /// The paths that were asked for, in order, or why there is none.
+    pub paths: Vec<Result<SurfacePath, GeodesicError>>,
     /// What is doubtful: places far from the surface.
     pub notes: Vec<Note>,
 }
@@ -157,20 +157,23 @@ impl Triangulated {
             owners.extend(found.iter().map(|_| number));
             points.extend(found);
         }
-        // Of several places that are one, any will do.
-        let target = match options.path_to {
-            Some(place) => surface.points(place, &tree, &mut notes)?.first().copied(),
-            None => None,
-        };
+        let mut targets = Vec::new();
+        for &place in &options.paths_to {
+            // Of several places that are one, any will do.
+            targets.extend(surface.points(place, &tree, &mut notes)?.first().copied());
+        }
         let (mesh, joined) = (IntrinsicMesh::from_mesh(surface.mesh), surface.joined());
         let mesh = mesh.scaled(self.applied().distances);
-        let exact = ExactOptions { keep_windows: target.is_some(), joined, ..ExactOptions::default() };
-        let path = |path: Path| surface.path(path, &owners);
+        let exact = ExactOptions { keep_windows: !targets.is_empty(), joined, ..ExactOptions::default() };
+        let paths_to = |geodesics: &Geodesics<'_>, targets: &[SurfacePoint]| {
+            let path = |path: Path| surface.path(path, &owners);
+            targets.iter().map(|&target| geodesics.path_to(target).map(path)).collect()
+        };
         if options.method == DistanceMethod::Exact {
             let geodesics = exact_distances(&mesh, &points, &exact, progress)?;
-            let path = target.map(|target| geodesics.path_to(target).map(path));
+            let paths = paths_to(&geodesics, &targets);
             let values = surface.values(geodesics.distances());
-            return Ok(Distances { values, heat: None, path, notes });
+            return Ok(Distances { values, heat: None, paths, notes });
         }
         let mut time_step = options.time_step.unwrap_or(1.0);
         let found = loop {
@@ -182,15 +185,14 @@ impl Triangulated {
             time_step *= 4.0;
         };
         let heat = Some(HeatReport { time_step, out_of_reach: found.out_of_reach });
-        // The heat method has no paths of its own; the exact one need go no farther than the target.
-        let path = match target {
-            Some(target) => {
-                let exact = ExactOptions { targets: vec![target], ..exact };
-                Some(exact_distances(&mesh, &points, &exact, progress)?.path_to(target).map(path))
-            }
-            None => None,
+        // The heat method has no paths of its own; the exact one need go no farther than the targets.
+        let paths = if targets.is_empty() {
+            Vec::new()
+        } else {
+            let exact = ExactOptions { targets: targets.clone(), ..exact };
+            paths_to(&exact_distances(&mesh, &points, &exact, progress)?, &targets)
         };
-        Ok(Distances { values: surface.values(&found.values), heat, path, notes })
+        Ok(Distances { values: surface.values(&found.values), heat, paths, notes })
     }
 }
 

@@ -37,6 +37,8 @@ pub struct Triangulated {
     /// By what lengths are multiplied for distances and modes: those of the metric that a model carries. `None` for
     /// meshes, and for models without one; set it so to measure lengths as they are.
     pub factors: Option<LengthFactors>,
+    /// The edge length that the mesh of a model was made with, in its units. `None` for meshes.
+    pub edge_length: Option<f64>,
     /// The mesh that was repaired, where it is not the triangles.
     original: Option<Original>,
 }
@@ -74,12 +76,6 @@ pub enum NoTriangulation {
     /// It is no usable model.
     #[error(transparent)]
     Model(#[from] NoModel),
-    /// It is a model, and no edge length was given.
-    #[error("{name} is a model, of which meshes of any size can be made")]
-    NoEdgeLength {
-        /// The file.
-        name: String,
-    },
     /// The mesh of the model could not be extracted.
     #[error("{name}: {source}")]
     Extraction {
@@ -99,12 +95,12 @@ pub enum NoTriangulation {
 }
 
 impl Triangulated {
-    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model together with an edge
-    /// length. An edge length for a mesh is left out with a note.
+    /// The triangulation in a file: a mesh, which is repaired where it is no manifold, or a model, of which a mesh is made with
+    /// this edge length or the [default](EdgeLength::default). An edge length for a mesh is left out with a note.
     ///
     /// # Errors
-    /// If the file cannot be read, has no faces, is a model without an edge length, more than a twentieth of its area cannot
-    /// be used and all of it is wanted, or the observer asks to stop.
+    /// If the file cannot be read, has no faces, more than a twentieth of its area cannot be used and all of it is wanted, or the
+    /// observer asks to stop.
     pub fn open(
         path: impl AsRef<Path>,
         edge_length: Option<EdgeLength>,
@@ -114,8 +110,7 @@ impl Triangulated {
         let path = path.as_ref();
         let name = || path.display().to_string();
         if begins_as_model(path) {
-            let edge_length = edge_length.ok_or_else(|| NoTriangulation::NoEdgeLength { name: name() })?;
-            let found = Self::from_model(&read_model(path)?, edge_length, progress);
+            let found = Self::from_model(&read_model(path)?, edge_length.unwrap_or_default(), progress);
             return found.map_err(|source| NoTriangulation::Extraction { name: name(), source });
         }
         let file = read_mesh(path)?;
@@ -157,7 +152,7 @@ impl Triangulated {
         check_left_out(area_left_out, options.parts)?;
         let is_same = *triangles.mesh() == mesh;
         let original = (!is_same).then_some(Original { mesh, origins, options: *options });
-        Ok(Self { triangles, notes, area_left_out, factors: None, original })
+        Ok(Self { triangles, notes, area_left_out, factors: None, edge_length: None, original })
     }
 
     /// The mesh of a model, with the factors of its metric.
@@ -172,7 +167,7 @@ impl Triangulated {
         let mesh = model.extract_with(edge_length, progress)?.mesh;
         let area = mesh.area() * model.similarity.scale().powi(2);
         let factors = model.metric.map(|metric| metric.factors(area));
-        Ok(Self { factors, ..mesh.into() })
+        Ok(Self { factors, edge_length: Some(edge_length.world(model)), ..mesh.into() })
     }
 
     /// The mesh as it was before it was repaired. Distances and scalars have a value for each of its vertices.
@@ -246,7 +241,14 @@ impl Triangles {
 impl From<ManifoldMesh> for Triangulated {
     fn from(mesh: ManifoldMesh) -> Self {
         let triangles = Triangles::Manifold(mesh);
-        Self { triangles, notes: Vec::new(), area_left_out: 0.0, factors: None, original: None }
+        Self {
+            triangles,
+            notes: Vec::new(),
+            area_left_out: 0.0,
+            factors: None,
+            edge_length: None,
+            original: None,
+        }
     }
 }
 

@@ -70,7 +70,7 @@ fn distances_and_modes_of_a_file_are_those_of_the_clean_mesh() {
         assert_eq!(mesh.unused_vertices(), unused);
         let source = places.iter().position(|place| *place == Some(20)).unwrap();
         let options_to = DistanceOptions {
-            path_to: Some(Place::Near(clean.positions()[3])),
+            paths_to: vec![Place::Near(clean.positions()[3])],
             ..DistanceOptions::default()
         };
         let found = mesh.distances(&[Place::Vertex(Vertex::new(source))], &options_to, &NoProgress).unwrap();
@@ -80,7 +80,7 @@ fn distances_and_modes_of_a_file_are_those_of_the_clean_mesh() {
             let expected = place.map_or(f64::INFINITY, |v| expected[v]);
             assert!(*value == expected || (value - expected).abs() < 1e-12, "{value} {expected}");
         }
-        let path = found.path.unwrap().unwrap();
+        let path = found.paths[0].as_ref().unwrap();
         let positions: Vec<DVec3> = path.points.iter().map(|p| p.position(mesh.mesh())).collect();
         assert!(positions[0].distance(clean.positions()[20]) < 1e-12);
         let length: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
@@ -131,11 +131,11 @@ fn paths_pass_a_vertex_where_fans_meet() {
         [[0.0, 0.0], [-1.0, 0.0], [-1.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
     let bow_tie = TriangleMesh::new(positions.to_vec(), vec![[0, 2, 1], [0, 3, 4]]).unwrap();
     let mesh = triangulated(bow_tie);
-    let options = DistanceOptions { path_to: Some(Place::Vertex(Vertex(4))), ..DistanceOptions::default() };
+    let options = DistanceOptions { paths_to: vec![Place::Vertex(Vertex(4))], ..DistanceOptions::default() };
     let found = mesh.distances(&[Place::Vertex(Vertex(1))], &options, &NoProgress).unwrap();
     let truth = [1.0, 0.0, 1.0, 2.0, 1.0 + 2.0_f64.sqrt()];
     assert!(found.values.iter().zip(truth).all(|(d, truth)| (d - truth).abs() < 1e-12), "{:?}", found.values);
-    assert!((found.path.unwrap().unwrap().length - truth[4]).abs() < 1e-12);
+    assert!((found.paths[0].as_ref().unwrap().length - truth[4]).abs() < 1e-12);
 }
 
 /// Distances on a Möbius strip: symmetric, no shorter than straight lines, nowhere steeper than 1.
