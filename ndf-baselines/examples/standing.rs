@@ -11,8 +11,8 @@ use std::time::Instant;
 
 use ndf_baselines::sms::SpectralFidelity;
 use ndf_baselines::{
-    MicromeshOptions, NdcOptions, NeuralDualContouring, OdcOptions, SmsOptions, micromesh,
-    occupancy_dual_contouring, spectral_simplification,
+    MicromeshOptions, NdcOptions, NeuralDualContouring, NeuralGeometryField, NgfOptions, OdcOptions,
+    SmsOptions, micromesh, occupancy_dual_contouring, spectral_simplification,
 };
 use ndf_core::analytic::Torus;
 use ndf_core::{DVec3, ImplicitField, NoProgress};
@@ -26,7 +26,8 @@ use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError, modes};
 fn main() -> Result<(), Box<dyn Error>> {
     contouring()?;
     simplification()?;
-    micromeshes()
+    micromeshes()?;
+    geometry_fields()
 }
 
 const TORUS: Torus = Torus { center: DVec3::ZERO, ring: 1.0, tube: 0.4 };
@@ -141,6 +142,28 @@ fn micromeshes() -> Result<(), Box<dyn Error>> {
                 "| {faces} faces, {micro} micro-faces | {seconds:.1} | {bytes} | {share:.2} | {mean:.1e} |"
             );
         }
+    }
+    Ok(())
+}
+
+fn geometry_fields() -> Result<(), Box<dyn Error>> {
+    let mesh = bumpy(6)?;
+    println!();
+    println!(
+        "| bumpy sphere of {} faces | seconds | bytes | mean distance, diagonals | mean angle of normals |",
+        mesh.face_count()
+    );
+    println!("|---|---|---|---|---|");
+    for quads in [100, 400] {
+        let start = Instant::now();
+        let options = NgfOptions::with_quads(quads);
+        let learned = NeuralGeometryField::learn(&mesh, &options, &NoProgress)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let (bytes, fine) = (learned.field.to_bytes().len(), learned.field.tessellated(16));
+        let error = measure(&mesh, &fine, &MeasureOptions::default())?;
+        let mean = error.reference_to_mesh.mean / error.diagonal;
+        let (count, angle) = (learned.field.quad_count(), error.normal_angle_mean.to_degrees());
+        println!("| {count} quadrilaterals | {seconds:.0} | {bytes} | {mean:.1e} | {angle:.1}° |");
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 //! [`spectral_simplification`] decimates meshes so that the eigenvalues of their Laplacians stay what they are.
 //! [`micromesh()`] makes coarse meshes with displacements of 11 bits.
 //! [`NeuralDualContouring`] makes meshes of signed distances by a convolutional network.
+//! [`NeuralGeometryField`] keeps a mesh as quadrilaterals with features and a small network.
 //!
 //! ```
 //! use ndf_baselines::{OdcOptions, occupancy_dual_contouring};
@@ -20,10 +21,12 @@ mod fields;
 mod greedy;
 pub mod micromesh;
 pub mod ndc;
+pub mod ngf;
 pub mod odc;
 pub mod sms;
 
 pub use micromesh::{Micromesh, MicromeshOptions, micromesh};
 pub use ndc::{DualContour, NdcOptions, NeuralDualContouring};
+pub use ngf::{LearnedNgf, NeuralGeometryField, NgfOptions};
 pub use odc::{OdcOptions, occupancy_dual_contouring};
 pub use sms::{SmsError, SmsOptions, SpectrallySimplified, spectral_simplification};
