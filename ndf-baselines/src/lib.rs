@@ -5,6 +5,7 @@
 //! [`micromesh()`] makes coarse meshes with displacements of 11 bits.
 //! [`NeuralDualContouring`] makes meshes of signed distances by a convolutional network.
 //! [`NeuralGeometryField`] keeps a mesh as quadrilaterals with features and a small network.
+//! [`refined_marching_cubes`] and [`remeshed_marching_cubes`] put the workspace's own remeshing after marching cubes.
 //!
 //! ```
 //! use ndf_baselines::{OdcOptions, occupancy_dual_contouring};
@@ -19,12 +20,14 @@
 #[cfg(test)]
 mod fields;
 mod greedy;
+pub mod marching;
 pub mod micromesh;
 pub mod ndc;
 pub mod ngf;
 pub mod odc;
 pub mod sms;
 
+pub use marching::{MarchingError, RefinedIsosurface, refined_marching_cubes, remeshed_marching_cubes};
 pub use micromesh::{Micromesh, MicromeshOptions, micromesh};
 pub use ndc::{DualContour, NdcOptions, NeuralDualContouring};
 pub use ngf::{LearnedNgf, NeuralGeometryField, NgfOptions};
