@@ -38,7 +38,8 @@ pub struct Arguments {
     /// barycentric coordinates, too.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     path_to: Vec<DVec3>,
-    /// Where the paths go: .ply with an element `edge`, or .obj with lines [default: the name of the mesh with .paths.ply].
+    /// Where the paths go: .ply with an element `edge` (for MeshLab, trimesh), or .obj with lines (for pyvista, ParaView)
+    /// [default: the name of the mesh with .paths.ply].
     #[arg(long, value_name = "FILE", requires = "path_to")]
     paths: Option<PathBuf>,
 }

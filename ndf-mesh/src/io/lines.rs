@@ -1,5 +1,5 @@
-//! Lines in space, as paths over surfaces are: PLY with an element `edge`, as MeshLab, Blender and trimesh open it, and OBJ
-//! with statements `l`, as pyvista, ParaView and most others do.
+//! Lines in space, as paths over surfaces are: PLY with an element `edge`, of which trimesh makes paths and MeshLab shows
+//! lines, and OBJ with statements `l`, for pyvista and ParaView, which read no edges of PLY.
 
 use std::path::Path;
 
