@@ -4,6 +4,9 @@
 //! by the signs of determinants alone, computed exactly (Shewchuk 1997), so that the count is a fact about the coordinates
 //! and not a matter of tolerances. Pairs are found by a hierarchy of boxes.
 
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
+
 use ndf_core::{BoundingBox, Cancelled, DVec3, Progress};
 use rayon::prelude::*;
 use robust::{Coord, Coord3D};
@@ -31,7 +34,7 @@ impl SelfIntersections {
     /// further point in common, and others if they have any. Faces without area take no part, nor do those with a
     /// coordinate that is not finite; coordinates beyond 1e75 are out of reach.
     ///
-    /// O(n log n + pairs), on all threads.
+    /// O(n log n + pairs of faces whose boxes meet), on all threads.
     ///
     /// # Errors
     /// [`Cancelled`], if the observer asks to stop.
@@ -39,30 +42,36 @@ impl SelfIntersections {
         let boxes: Vec<BoundingBox> = mesh.face_indices().map(|f| usable_box(mesh, f)).collect();
         let hierarchy = Hierarchy::new(&boxes, LEAF);
         let search = Search { mesh, boxes: &boxes, hierarchy: &hierarchy };
+        let is_in_pair: Vec<AtomicBool> = (0..mesh.face_count()).map(|_| AtomicBool::new(false)).collect();
         let mut all = Self::default();
-        let mut is_in_pair = vec![false; mesh.face_count()];
         for start in (0..mesh.face_count()).step_by(BETWEEN_CHECKS) {
             progress.check()?;
             progress.report("self-intersections", start as f64 / mesh.face_count() as f64);
             let end = mesh.face_count().min(start + BETWEEN_CHECKS);
-            let found: Vec<[Face; 2]> = (start..end)
+            let found: Vec<(u64, Option<[Face; 2]>)> = (start..end)
                 .into_par_iter()
-                .map_init(Vec::new, |stack, f| search.partners(Face::new(f), stack))
-                .flatten_iter()
+                .map_init(Vec::new, |stack, f| {
+                    let (face, mut count, mut first) = (Face::new(f), 0, None::<Face>);
+                    search.for_each_partner(face, stack, |other| {
+                        count += 1;
+                        first = Some(first.map_or(other, |first| first.min(other)));
+                        [face, other].iter().for_each(|f| is_in_pair[f.index()].store(true, Relaxed));
+                    });
+                    (count, first.map(|other| [face, other]))
+                })
                 .collect();
-            all.pairs += found.len() as u64;
-            all.first = all.first.or(found.first().copied());
-            found.iter().flatten().for_each(|f| is_in_pair[f.index()] = true);
+            all.pairs += found.iter().map(|(count, _)| count).sum::<u64>();
+            all.first = all.first.or_else(|| found.iter().find_map(|(_, first)| *first));
         }
         progress.report("self-intersections", 1.0);
-        Ok(Self { faces: is_in_pair.into_iter().filter(|&is| is).count(), ..all })
+        Ok(Self { faces: is_in_pair.iter().filter(|is| is.load(Relaxed)).count(), ..all })
     }
 }
 
 /// Faces in a leaf of the hierarchy.
 const LEAF: usize = 4;
 /// Faces between two looks at the observer.
-const BETWEEN_CHECKS: usize = 1 << 18;
+const BETWEEN_CHECKS: usize = 1 << 16;
 
 /// The box of a face; empty for one that takes no part.
 fn usable_box(mesh: &TriangleMesh, face: Face) -> BoundingBox {
@@ -78,12 +87,11 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The pairs of `face` with faces of higher numbers, in order.
-    fn partners(&self, face: Face, stack: &mut Vec<u32>) -> Vec<[Face; 2]> {
+    /// Calls `found` for each face of a higher number that intersects `face`.
+    fn for_each_partner(&self, face: Face, stack: &mut Vec<u32>, mut found: impl FnMut(Face)) {
         let own = &self.boxes[face.index()];
-        let mut found: Vec<Face> = Vec::new();
         if own.is_empty() {
-            return Vec::new();
+            return;
         }
         let triangle = self.mesh.corner_positions(face);
         stack.clear();
@@ -97,17 +105,16 @@ impl Search<'_> {
                     Child::Node(below) => stack.push(below),
                     Child::Leaf { start, end } => {
                         let others = self.hierarchy.order()[start as usize..end as usize].iter();
-                        found.extend(others.map(|&f| Face(f)).filter(|&other| {
-                            other > face
+                        let meets = |other: &Face| {
+                            *other > face
                                 && overlap(own, &self.boxes[other.index()])
-                                && intersect(triangle, self.mesh.corner_positions(other))
-                        }));
+                                && intersect(triangle, self.mesh.corner_positions(*other))
+                        };
+                        others.map(|&f| Face(f)).filter(meets).for_each(&mut found);
                     }
                 }
             }
         }
-        found.sort_unstable();
-        found.into_iter().map(|other| [face, other]).collect()
     }
 }
 

@@ -1,8 +1,9 @@
 //! Figures of results, serialised with the keys of the program's JSON.
 
+use ndf_core::NoProgress;
 use ndf_intrinsic::ExtractionReport;
 use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
-use ndf_mesh::{ManifoldMesh, ValidationReport};
+use ndf_mesh::{ManifoldMesh, SelfIntersections, ValidationReport};
 use ndf_train::MetricReport;
 use serde::Serialize;
 
@@ -206,6 +207,8 @@ pub struct ExtractionFigures {
     pub manifold: bool,
     /// Whether neighbouring faces are oriented alike.
     pub oriented: bool,
+    /// Pairs of faces in which the mesh passes through itself.
+    pub self_intersections: u64,
     /// Whether all inner edges are Delaunay in the intrinsic metric.
     pub delaunay_intrinsic: bool,
     /// Share of the inner edges that are Delaunay as embedded.
@@ -229,6 +232,7 @@ impl ExtractionFigures {
             boundary_edges: report.boundary_edges,
             manifold: report.is_manifold(),
             oriented: report.inconsistent_edges.count == 0,
+            self_intersections: SelfIntersections::of(mesh, &NoProgress).expect("nothing asks to stop").pairs,
             delaunay_intrinsic: extraction.map_or(quality.is_delaunay(), |e| e.delaunay_intrinsic),
             delaunay_embedded_fraction: quality.delaunay_fraction,
             edge_length: quality.edge_length,

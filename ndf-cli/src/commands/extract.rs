@@ -80,6 +80,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             "smallest angles",
             format!("{:.1}° at least, {:.1}° for all but 5 % of the faces", angle.min, angle.p5),
         ),
+        ("self-intersections", grouped(figures.self_intersections as usize)),
         ("Delaunay edges", format!("{:.2} %", 100.0 * figures.delaunay_embedded_fraction)),
         ("time", format!("{seconds:.3} s")),
     ];

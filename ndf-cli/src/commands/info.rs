@@ -50,6 +50,7 @@ fn of_mesh(mesh: &MeshDescription) -> String {
     if report.faces > 0 {
         rows.push(("components", grouped(report.components)));
         rows.push(("topology", topology(report)));
+        rows.push(("self-intersections", grouped(mesh.self_intersections as usize)));
         rows.push(("area", readable(mesh.area)));
         if let Some(delaunay) = &mesh.delaunay {
             rows.push(("intrinsic Delaunay", flips(delaunay)));

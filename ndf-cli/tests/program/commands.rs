@@ -25,6 +25,7 @@ fn a_shape_is_written_examined_measured_and_drawn() {
             "nonmanifold_vertices",
             "degenerate_faces",
             "duplicate_vertices",
+            "self_intersections",
         ] {
             assert_eq!(info[none], 0, "{none}");
         }

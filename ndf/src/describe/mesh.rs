@@ -1,9 +1,10 @@
 //! What is to be said of a mesh.
 
+use ndf_core::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{MeshFile, ReadNote};
 use ndf_mesh::repair::oriented;
-use ndf_mesh::{ManifoldMesh, TriangleMesh, ValidationReport};
+use ndf_mesh::{ManifoldMesh, SelfIntersections, TriangleMesh, ValidationReport};
 use serde::{Serialize, Serializer};
 
 use super::Corners;
@@ -31,6 +32,8 @@ pub struct MeshDescription {
     pub bounds: Option<Corners>,
     /// Its diagonal.
     pub diagonal: f64,
+    /// Pairs of faces in which the mesh passes through itself.
+    pub self_intersections: u64,
     /// How far the triangles are from intrinsic Delaunay; `None` unless the mesh is an oriented manifold.
     #[serde(flatten, serialize_with = "delaunay")]
     pub delaunay: Option<Delaunay>,
@@ -73,6 +76,7 @@ impl MeshDescription {
             volume: (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume()),
             bounds: (!bounds.is_empty()).then(|| bounds.into()),
             diagonal: bounds.diagonal(),
+            self_intersections: SelfIntersections::of(mesh, &NoProgress).expect("nothing asks to stop").pairs,
             delaunay: Delaunay::of(mesh, &report),
             scalars: Vec::new(),
             notes: Vec::new(),
@@ -184,5 +188,13 @@ mod tests {
         assert_eq!(rhombus["delaunay_flips"], 1);
         let soup = keys("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
         assert!(soup["delaunay_intrinsic"].is_null());
+    }
+
+    #[test]
+    fn self_intersections_are_counted() {
+        let base = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let stab = "v 0.2 0.2 -1\nv 0.2 0.2 1\nv 5 5 0\nf 4 5 6\n";
+        assert_eq!(keys(&format!("{base}{stab}"))["self_intersections"], 1);
+        assert_eq!(keys(base)["self_intersections"], 0);
     }
 }
