@@ -29,7 +29,8 @@ type Entry = Reverse<(i64, Halfedge, u32)>;
 
 /// The queue over a mesh.
 pub(crate) struct Greedy<C: Collapses> {
-    pub(crate) work: C,
+    /// The mesh, and what its costs follow from.
+    pub(crate) state: C,
     queue: BinaryHeap<Entry>,
     /// Current state of every edge, at its canonical half-edge; entries of other states are void.
     states: Vec<u32>,
@@ -43,10 +44,10 @@ pub(crate) struct Greedy<C: Collapses> {
 const REPORT: usize = 256;
 
 impl<C: Collapses> Greedy<C> {
-    pub(crate) fn new(work: C) -> Self {
-        let halfedges = work.mesh().halfedge_count();
+    pub(crate) fn new(state: C) -> Self {
+        let halfedges = state.mesh().halfedge_count();
         Self {
-            work,
+            state,
             queue: BinaryHeap::new(),
             states: vec![0; halfedges],
             places: vec![C::Place::default(); halfedges],
@@ -62,11 +63,11 @@ impl<C: Collapses> Greedy<C> {
         stage: &str,
         progress: &dyn Progress,
     ) -> Result<(), Cancelled> {
-        let before = self.work.mesh().face_count();
-        while self.work.mesh().face_count() > faces {
+        let before = self.state.mesh().face_count();
+        while self.state.mesh().face_count() > faces {
             if self.collapses.is_multiple_of(REPORT) {
                 progress.check()?;
-                let done = before - self.work.mesh().face_count();
+                let done = before - self.state.mesh().face_count();
                 progress.report(stage, done as f64 / (before - faces) as f64);
             }
             if !self.collapse_cheapest() {
@@ -86,13 +87,13 @@ impl<C: Collapses> Greedy<C> {
                     return false;
                 }
                 self.filled_at = Some(self.collapses);
-                let mesh = self.work.mesh();
+                let mesh = self.state.mesh();
                 let edges = mesh.halfedges().filter(|&h| !mesh.is_hole(h) && mesh.canonical(h) == h);
                 let edges: Vec<Halfedge> = edges.collect();
                 self.queue_all(&edges);
                 continue;
             };
-            let mesh = self.work.mesh();
+            let mesh = self.state.mesh();
             let is_current = !mesh.is_hole(h) && mesh.canonical(h) == h && self.states[h.index()] == state;
             if is_current && mesh.is_collapsible(h) && self.collapse(h) {
                 return true;
@@ -103,7 +104,7 @@ impl<C: Collapses> Greedy<C> {
     /// Puts edges into the queue, with new costs.
     fn queue_all(&mut self, edges: &[Halfedge]) {
         let cheapest: Vec<Option<(f64, C::Place)>> =
-            edges.par_iter().with_min_len(4).map(|&h| self.work.cheapest(h)).collect();
+            edges.par_iter().with_min_len(4).map(|&h| self.state.cheapest(h)).collect();
         for (&h, cheapest) in edges.iter().zip(cheapest) {
             self.states[h.index()] += 1;
             if let Some((cost, place)) = cheapest {
@@ -115,16 +116,16 @@ impl<C: Collapses> Greedy<C> {
 
     /// Collapses an edge at the place that was found for it; false if it serves no more.
     fn collapse(&mut self, h: Halfedge) -> bool {
-        let mesh = self.work.mesh();
+        let mesh = self.state.mesh();
         let gone: Vec<Halfedge> = [h, mesh.raw_twin(h)]
             .into_iter()
             .filter(|&side| side != NO_HALFEDGE)
             .flat_map(|side| side.face().halfedges())
             .collect();
-        let Some(changed) = self.work.collapse(h, self.places[h.index()]) else { return false };
+        let Some(changed) = self.state.collapse(h, self.places[h.index()]) else { return false };
         gone.into_iter().for_each(|h| self.states[h.index()] += 1);
         self.collapses += 1;
-        let mesh = self.work.mesh();
+        let mesh = self.state.mesh();
         let mut edges: Vec<Halfedge> = changed.into_iter().map(|h| mesh.canonical(h)).collect();
         edges.sort_unstable();
         edges.dedup();

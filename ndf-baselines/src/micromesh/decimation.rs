@@ -30,9 +30,9 @@ pub(crate) fn decimated(
     faces: usize,
     progress: &dyn Progress,
 ) -> Result<ManifoldMesh, Cancelled> {
-    let mut work = Greedy::new(Decimation::new(mesh));
-    work.run(faces, "coarse mesh", progress)?;
-    Ok(work.work.mesh.into_manifold())
+    let mut greedy = Greedy::new(Decimation::new(mesh));
+    greedy.run(faces, "coarse mesh", progress)?;
+    Ok(greedy.state.mesh.into_manifold())
 }
 
 struct Decimation {

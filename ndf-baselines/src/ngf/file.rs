@@ -1,5 +1,4 @@
-//! Neural geometry fields as bytes: numbers of quadrilaterals, corners and features, centre and scale; places, features,
-//! quadrilaterals; the layers of the network, weights before biases. All in 32 bits, little-endian.
+//! Neural geometry fields as bytes.
 
 use ndf_core::glam::Vec3;
 use ndf_network::Mlp;
@@ -32,7 +31,7 @@ pub enum NgfFileError {
 const HEADER: usize = 28;
 
 impl NeuralGeometryField {
-    /// The file: see the [module](self).
+    /// The file: see the [module](super).
     pub fn to_bytes(&self) -> Vec<u8> {
         let counts = [self.quads.len(), self.points.len(), self.feature_count()].map(|n| n as u32);
         let place = |p: &Vec3| p.to_array();

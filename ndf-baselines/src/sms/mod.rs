@@ -80,13 +80,13 @@ pub fn spectral_simplification(
     let functions = by_vertex(&modes.functions, |_| 1.0);
     let images = by_vertex(&modes.functions, |k| modes.eigenvalues[k]);
     let energy = Energy::new(EditableMesh::new(mesh), options.modes, functions, images);
-    let mut work = Greedy::new(energy);
-    work.run(options.faces, "spectral simplification", progress)?;
+    let mut greedy = Greedy::new(energy);
+    greedy.run(options.faces, "spectral simplification", progress)?;
     Ok(SpectrallySimplified {
-        reached: work.work.mesh.face_count() <= options.faces,
-        collapses: work.collapses,
-        energy: work.work.total(),
-        mesh: work.work.mesh.into_manifold(),
+        reached: greedy.state.mesh.face_count() <= options.faces,
+        collapses: greedy.collapses,
+        energy: greedy.state.total(),
+        mesh: greedy.state.mesh.into_manifold(),
     })
 }
 
