@@ -65,11 +65,11 @@ impl Opened {
                 }
             }
         };
-        let (lost, walls) = match (&self.mesh, self.field_surface().and_then(Surface::as_field)) {
-            (Some(mesh), Some(field)) if made.report.grid.is_some() => uncovered(mesh, &made.mesh, field),
-            _ => (self.area_left_out, 0.0),
+        let (lost, walls) = match made.report.grid {
+            Some(_) => self.lost_by(&made.mesh),
+            None => (self.area_left_out, None),
         };
-        notes.extend((walls > NOTABLE_WALLS).then_some(Note::WallsInside { share: walls }));
+        notes.extend(walls);
         let report = &mut made.report;
         report.area_dropped = report.area_dropped.max(lost);
         check_left_out(report.area_dropped, parts)?;
@@ -85,6 +85,18 @@ impl Opened {
             notes.push(Note::NothingToDecimate { faces: report.faces });
         }
         Ok((made, notes))
+    }
+
+    /// The share of the area of the mesh that it is, from 0 to 1, that an isosurface of its field lost; and a note if much of it
+    /// is inside. What was left out before where it is no mesh.
+    pub fn lost_by(&self, isosurface: &ManifoldMesh) -> (f64, Option<Note>) {
+        match (&self.mesh, self.field_surface().and_then(Surface::as_field)) {
+            (Some(mesh), Some(field)) => {
+                let (lost, walls) = uncovered(mesh, isosurface, field);
+                (lost, (walls > NOTABLE_WALLS).then_some(Note::WallsInside { share: walls }))
+            }
+            _ => (self.area_left_out, None),
+        }
     }
 }
 

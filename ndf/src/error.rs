@@ -116,6 +116,7 @@ impl Error {
                 NoTriangulation::Model(error) => model(&error.source),
                 NoTriangulation::Extraction { source, .. } => extraction(source),
                 NoTriangulation::LeftOut { .. } => "left_out",
+                NoTriangulation::Range { .. } => "too_large",
             },
             Self::BaseMesh(error) => no_base_mesh(error),
             Self::Fit(error) => match error {

@@ -14,6 +14,9 @@ pub struct LeftOut {
 }
 
 /// Refuses to leave out more than a twentieth, unless the largest component is all that is wanted.
-pub(crate) fn check_left_out(share: f64, parts: Parts) -> Result<(), LeftOut> {
+///
+/// # Errors
+/// If it is more.
+pub fn check_left_out(share: f64, parts: Parts) -> Result<(), LeftOut> {
     if share > MAX_LEFT_OUT && parts != Parts::Largest { Err(LeftOut { share }) } else { Ok(()) }
 }

@@ -41,6 +41,7 @@ mod note;
 pub mod open;
 mod opened;
 pub mod presets;
+pub mod range;
 pub mod scalars;
 mod size_search;
 pub mod text;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ndf_formats::point_cloud::{CleaningReport, UNCLEAR_COLUMNS};
+use ndf_formats::point_cloud::CleaningReport;
 use ndf_mesh::io::ReadNote;
 use ndf_mesh::repair::RepairNote;
 use ndf_mesh::{NotManifold, ValidationReport};
@@ -26,8 +26,15 @@ pub enum Note {
         /// How many.
         points: usize,
     },
+    /// An option is not used, since it says nothing of what the input is.
+    OptionUnused {
+        /// What the option is about.
+        what: &'static str,
+    },
     /// Columns that may be normals were passed over.
     UnclearColumns,
+    /// The first column is the number of the row, and was passed over.
+    RowsNumbered,
     /// Points that are not finite were left out.
     PointsNotFinite {
         /// How many.
@@ -186,6 +193,7 @@ impl Note {
         let notes = [
             counted(report.flagged, |points| Self::PointsFlagged { points }),
             report.unclear_columns.then_some(Self::UnclearColumns),
+            report.numbered.then_some(Self::RowsNumbered),
             counted(report.not_finite, |points| Self::PointsNotFinite { points }),
             counted(report.duplicates, |points| Self::DuplicatePoints { points }),
             counted(report.without_normal, |points| Self::PointsWithoutNormal { points }),
@@ -219,7 +227,13 @@ impl fmt::Display for Note {
                     counted(*points)
                 )
             }
-            Self::UnclearColumns => f.write_str(UNCLEAR_COLUMNS),
+            Self::UnclearColumns => f.write_str(
+                "columns 4 to 6 look neither like normals nor like colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals",
+            ),
+            Self::OptionUnused { what } => write!(f, "{what}: not used, since the input is something else"),
+            Self::RowsNumbered => f.write_str(
+                "the first column numbers the rows; the place is taken from columns 2 to 4 (--columns x,y,z takes the first three)",
+            ),
             Self::PointsNotFinite { points } => write!(f, "{} not finite, left out", counted(*points)),
             Self::DuplicatePoints { points } => {
                 write!(f, "{} in the place of another, merged", counted(*points))
@@ -227,7 +241,10 @@ impl fmt::Display for Note {
             Self::PointsWithoutNormal { points } => {
                 write!(f, "{} without a usable normal, left out", counted(*points))
             }
-            Self::NormalsScaled { normals } => write!(f, "{normals} normals not of length 1, scaled"),
+            Self::NormalsScaled { normals } => {
+                let what = if *normals == 1 { "normal" } else { "normals" };
+                write!(f, "{normals} {what} not of length 1, scaled")
+            },
             Self::NormalsGivenUp => f.write_str("most normals are zero or not finite; all are left out"),
             Self::NormalsDisagree { agreement } => write!(
                 f,
@@ -236,7 +253,8 @@ impl fmt::Display for Note {
             ),
             Self::NormalsTurned => f.write_str("the normals point inward; they are turned"),
             Self::Outliers { points } => {
-                write!(f, "{} points are far from all others, and left out", grouped(*points))
+                let what = if *points == 1 { "point is" } else { "points are" };
+                write!(f, "{} {what} far from all others, and left out", grouped(*points))
             }
             Self::NormalsDoubtful { agreement } => write!(
                 f,
@@ -244,13 +262,14 @@ impl fmt::Display for Note {
                 100.0 * agreement
             ),
             Self::SplatsUnsound { splats } => {
-                write!(f, "{} splats are not finite or have no axes, and left out", grouped(*splats))
+                let what = if *splats == 1 { "splat is" } else { "splats are" };
+                write!(f, "{} {what} not finite or without axes, and left out", grouped(*splats))
             }
-            Self::SplatsFloating { splats } => write!(
-                f,
-                "{} splats are outside the object or larger than half of it, and left out",
-                grouped(*splats)
-            ),
+            Self::SplatsFloating { splats } => {
+                let what = if *splats == 1 { "splat is" } else { "splats are" };
+                let splats = grouped(*splats);
+                write!(f, "{splats} {what} outside the object or larger than half of it, and left out")
+            }
             Self::Foreign { names } => {
                 let shown = names.iter().take(MAX_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
                 let rest = names.len().saturating_sub(MAX_NAMES);
@@ -307,7 +326,8 @@ impl fmt::Display for Note {
                 write!(f, "the time limit was reached after {rounds} of {of} rounds of training")
             }
             Self::Diverged { times } => {
-                write!(f, "training diverged {times} times and went on at a smaller rate")
+                let how_often = if *times == 1 { "once".to_owned() } else { format!("{times} times") };
+                write!(f, "training diverged {how_often} and went on at a smaller rate")
             }
             Self::ErrorMissed { wanted, reached } => write!(
                 f,

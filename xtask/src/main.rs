@@ -4,6 +4,7 @@ mod arrows;
 mod ci;
 mod circles;
 mod data;
+mod golden;
 mod paths;
 mod readmes;
 mod shell;
@@ -22,6 +23,8 @@ Tasks:
   ci       Everything that must hold before a change lands, cheapest first
   arrows   Print the crates and their dependencies, and check their order and the files of each for circles
   data     List the files that tables and tests use, with their sources, and check them in a folder [default: NDF_DATA]
+  info     Write what `ndf info` says of every file under folders [default: ../shared/data ../shared/cases] to
+           docs/info.jsonl, and print what changed
   paths    Check that the files and folders that the documentation names exist
   readmes  Write README.md of every crate from the front page of its documentation
 
@@ -40,6 +43,8 @@ fn main() -> ExitCode {
         ["arrows"] => arrows::run(),
         ["data"] => data::run(None),
         ["data", folder] => data::run(Some(folder)),
+        ["info"] => golden::run(&["../shared/data", "../shared/cases"]),
+        ["info", ref folders @ ..] => golden::run(folders),
         ["paths"] => paths::check(),
         ["readmes"] => readmes::run(false),
         [] | ["help" | "--help" | "-h"] => {

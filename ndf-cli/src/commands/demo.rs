@@ -1,6 +1,7 @@
 //! `ndf demo`: the whole pipeline, and a page that shows it.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -35,6 +36,9 @@ const REFERENCE_GRID: u32 = 192;
 
 /// Eigenfunctions computed.
 const DEMO_MODES: usize = 20;
+
+/// What is made of the model.
+const MADE_OF_MODEL: [&str; 5] = ["surface.ply", "base.ply", "geodesic.ply", "modes.ply", "report.html"];
 
 /// Arguments of `ndf demo`.
 #[derive(Args, Debug)]
@@ -92,6 +96,15 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         return Err(Failure::new("interrupted"));
     }
     let bytes = fitted.model.to_bytes();
+    // What is left of another run would not belong to this model, should the rest be interrupted.
+    for file in MADE_OF_MODEL {
+        match fs::remove_file(folder.join(file)) {
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                return Err(Failure::new(format!("cannot replace {}: {e}", folder.join(file).display())));
+            }
+            _ => {}
+        }
+    }
     write(&folder.join("model.ndf"), &bytes)?;
 
     let before = Instant::now();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use ndf::band::BandFigures;
-use ndf::{Checkpoint, DVec3, Fitted, Kind, ManifoldMesh, Record};
+use ndf::{Checkpoint, DVec3, Fitted, ManifoldMesh, Record};
 use ndf_mesh::ValidationReport;
 use ndf_mesh::io::atomic_write;
 use ndf_train::{CheckpointError, LogRecord};
@@ -341,7 +341,6 @@ fn unit(fitted: &Fitted) -> &'static str {
 fn base_remark(fitted: &Fitted) -> Option<String> {
     let report = fitted.base_report.as_ref().filter(|report| report.grid.is_some())?;
     let rim = match report.boundary_edges {
-        0 if fitted.kind == Kind::Mesh => "closed: its winding number spans holes of the input".to_owned(),
         0 => "closed".to_owned(),
         edges => format!("open, with {edges} boundary edges"),
     };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use ndf::left_out::check_left_out;
 use ndf::{OpenOptions, Parts};
 use ndf_mesh::ValidationReport;
 use ndf_mesh::io::format_to_write;
@@ -98,6 +99,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let options = MarchingCubesOptions { grid, ..MarchingCubesOptions::default() };
     let found =
         marching_cubes(field, &options, &progress).map_err(|error| not_meshed(&name, &error, grid))?;
+    let (area_left_out, walls) = input.lost_by(&found.mesh);
+    if let Some(note) = walls {
+        context.warn_of(&name, &note);
+    }
+    check_left_out(area_left_out, repair.parts).map_err(|error| {
+        let failure = Failure::new(format!("{name}: {error}"));
+        failure.try_instead("try a finer grid, or --largest-component if the rest is not wanted")
+    })?;
     let mut mesh = found.mesh;
     if let Some(faces) = arguments.faces {
         let options = DecimationOptions::to_faces(faces as usize);
@@ -126,7 +135,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         "grid": found.cells,
         "cell": found.cell,
         "evaluations": found.evaluations,
-        "area_left_out": input.area_left_out,
+        "area_left_out": area_left_out,
     });
     let text = format!(
         "{path}: {report}\n  grid of {} × {} × {} cells, {} evaluations, {seconds:.2} s\n",

@@ -105,7 +105,7 @@ fn bad_fields_are_refused_with_a_sentence() {
         ("cut.spz", "4294967295 splats"),
         ("cut.h5", "HDF5"),
         ("no-items.laz", "compressed data is damaged"),
-        ("a.ksplat", "splats from PLY, SPZ, SOG, GLB, PyTorch and .splat"),
+        ("a.ksplat", "splats from PLY, SPZ, SOG, GLB, PyTorch, .splat and .ksplat"),
     ] {
         for (command, output) in [("info", ""), ("fit", "out.ndf"), ("mesh", "out.ply")] {
             let all = [command, file, "-o", output];

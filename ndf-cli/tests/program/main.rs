@@ -12,7 +12,6 @@ mod learning;
 mod outputs;
 mod parts;
 mod paths;
-mod progress;
 mod scalars;
 
 use std::path::{Path, PathBuf};

@@ -163,9 +163,80 @@ fn inner_walls_do_not_depend_on_the_grid() {
     faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     folder.write_mesh("wall.obj", &TriangleMesh::new(positions, faces).unwrap());
     for grid in [15, 16, 31, 32] {
-        let found = folder.run(&format!("mesh wall.obj -o o.ply --grid {grid} --json")).json();
+        let run = folder.run(&format!("mesh wall.obj -o o.ply --grid {grid} --json"));
+        assert!(run.stderr.contains("inside of the solid that it bounds"), "{}", run.stderr);
+        let found = run.json();
         assert_eq!((&found["components"], &found["euler_characteristic"]), (&1.into(), &2.into()), "{grid}");
         assert!((folder.mesh("o.ply").mesh.signed_volume() - 8.0).abs() < 0.3);
+    }
+}
+
+#[test]
+fn what_a_coarse_grid_loses_is_an_error() {
+    let folder = Folder::new("coarse");
+    // A ball, and a plate that falls between the points of a coarse grid.
+    let (mut positions, mut faces) = spheres(&[(0.0, 1.0, true)]).into_parts();
+    let (plate, sides) = shapes::cube(4).into_parts();
+    let first = positions.len() as u32;
+    positions.extend(plate.into_iter().map(|p| DVec3::new(3.0 + p.x, p.y, 0.0131 + 0.004 * p.z)));
+    faces.extend(sides.into_iter().map(|f| f.map(|v| v + first)));
+    folder.write_mesh("in.obj", &TriangleMesh::new(positions, faces).unwrap());
+    let refused = folder.run("mesh in.obj -o out.ply --grid 16");
+    let sentence = refused.sentence();
+    assert!(
+        sentence.contains("of the area would be left out") && sentence.contains("finer grid"),
+        "{sentence}"
+    );
+    let allowed = folder.run("mesh in.obj -o out.ply --grid 16 --largest-component --json").json();
+    assert_eq!(allowed["components"], 1);
+}
+
+#[test]
+fn points_far_from_all_others_are_left_out_with_a_note() {
+    let folder = Folder::new("stray");
+    let ball = shapes::icosphere(4);
+    let row = |p: &DVec3| format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, p.x, p.y, p.z);
+    let points: String = ball.positions().iter().map(row).collect();
+    std::fs::write(folder.0.join("scan.xyz"), points + "900 0 0 1 0 0\n").unwrap();
+    let run = folder.run("mesh scan.xyz -o out.ply --grid 24 --json");
+    assert!(run.stderr.contains("1 point is far from all others, and left out"), "{}", run.stderr);
+    run.json();
+    let volume = folder.mesh("out.ply").mesh.signed_volume();
+    assert!((volume / (4.0 / 3.0 * std::f64::consts::PI) - 1.0).abs() < 0.03, "{volume}");
+}
+
+#[test]
+fn sizes_beyond_double_precision_are_refused() {
+    let folder = Folder::new("sizes");
+    for scale in [1e-300, 1e-160, 1e-100, 1e100, 1e200] {
+        folder.write_mesh("ball.obj", &shapes::icosphere(1).map_positions(|p| scale * p));
+        for command in
+            ["geodesic ball.obj -o o.ply --source-vertex 0", "spectrum ball.obj -o o.ply --modes 3"]
+        {
+            let refused = folder.run(command);
+            assert!(refused.sentence().contains("scale them"), "{scale}: {}", refused.stderr);
+        }
+    }
+    for scale in [1e-70, 1e70] {
+        folder.write_mesh("ball.obj", &shapes::icosphere(1).map_positions(|p| scale * p));
+        let found = folder.run("geodesic ball.obj -o o.ply --source-vertex 0 --json").json();
+        let farthest = found["max_distance"].as_f64().unwrap() / scale;
+        assert!((2.8..3.2).contains(&farthest), "{farthest}");
+    }
+}
+
+#[test]
+fn options_for_other_inputs_are_named() {
+    let folder = Folder::new("options");
+    folder.write_mesh("ball.obj", &shapes::icosphere(2));
+    for (options, said) in [
+        ("--columns x,y,z", "--columns"),
+        ("--keep-flagged", "--keep-flagged"),
+        ("--activation relu", "--activation"),
+    ] {
+        let run = folder.run(&format!("info ball.obj {options} --json"));
+        assert!(run.stderr.contains(said) && run.stderr.contains("not used"), "{}", run.stderr);
+        assert_eq!(run.json()["kind"], "mesh");
     }
 }
 

@@ -11,9 +11,6 @@ const HOPELESS: f64 = 0.5;
 /// How far the length of a normal may be from 1 to count as unit.
 const UNIT: f64 = 1e-3;
 
-/// What there is to say of columns that may be normals.
-pub const UNCLEAR_COLUMNS: &str = "columns 4 to 6 look neither like normals nor like colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals";
-
 /// Points as they stand in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawCloud {
@@ -25,6 +22,8 @@ pub struct RawCloud {
     pub flagged: usize,
     /// Whether there are columns that may be normals, and were not read as such.
     pub unclear_columns: bool,
+    /// Whether the first column was told to be the number of the row.
+    pub numbered: bool,
 }
 
 /// Distinct finite points, with unit normals or without.
@@ -43,6 +42,8 @@ pub struct CleaningReport {
     pub flagged: usize,
     /// Whether there are columns that may be normals, and were not read as such.
     pub unclear_columns: bool,
+    /// Whether the first column was told to be the number of the row.
+    pub numbered: bool,
     /// Points that were not finite, and left out.
     pub not_finite: usize,
     /// Points in the very place of an earlier one, merged with it.
@@ -72,7 +73,7 @@ impl TooFewPoints {
         let Self { flagged, read, kept } = self;
         let marked = match flagged {
             0 => String::new(),
-            _ => format!(" ({flagged} are marked as withheld or as noise; --keep-flagged keeps them)"),
+            _ => format!(" ({flagged} others are marked as withheld or as noise)"),
         };
         match read {
             0 => "it holds no points".to_owned(),
@@ -90,9 +91,10 @@ impl PointCloud {
     /// # Errors
     /// If fewer than 4 points are left.
     pub fn cleaned(raw: RawCloud) -> Result<(Self, CleaningReport), TooFewPoints> {
-        let RawCloud { positions, normals, flagged, unclear_columns } = raw;
+        let RawCloud { positions, normals, flagged, unclear_columns, numbered } = raw;
         let read = positions.len() + flagged;
-        let mut report = CleaningReport { read, flagged, unclear_columns, ..CleaningReport::default() };
+        let mut report =
+            CleaningReport { read, flagged, unclear_columns, numbered, ..CleaningReport::default() };
         let usable = |n: &DVec3| n.is_finite() && n.length() > 0.0;
         let finite: Vec<usize> = (0..positions.len()).filter(|&i| positions[i].is_finite()).collect();
         report.not_finite = positions.len() - finite.len();
@@ -159,37 +161,6 @@ impl PointCloud {
     }
 }
 
-impl CleaningReport {
-    /// What was done, one sentence each; none if nothing was.
-    pub fn sentences(&self) -> Vec<String> {
-        let counted = |n: usize, what: &str| {
-            (n > 0).then(|| if n == 1 { format!("1 point {what}") } else { format!("{n} points {what}") })
-        };
-        let mut all: Vec<String> = [
-            counted(
-                self.flagged,
-                "marked as withheld or as noise in the file, left out (--keep-flagged keeps them)",
-            ),
-            counted(self.not_finite, "not finite, left out"),
-            counted(self.duplicates, "in the place of another, merged"),
-            counted(self.without_normal, "without a usable normal, left out"),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
-        if self.normals_scaled > 0 {
-            all.push(format!("{} normals not of length 1, scaled", self.normals_scaled));
-        }
-        if self.unclear_columns {
-            all.push(UNCLEAR_COLUMNS.to_owned());
-        }
-        if self.normals_given_up {
-            all.push("most normals are zero or not finite; all are left out".to_owned());
-        }
-        all
-    }
-}
-
 /// The points of the same place, together; groups in the order of their first points.
 fn coinciding(positions: &[DVec3], mut indices: Vec<usize>) -> Vec<Vec<usize>> {
     // 0 and −0 are the same place.
@@ -243,6 +214,7 @@ mod tests {
                 read: 8,
                 flagged: 0,
                 unclear_columns: false,
+                numbered: false,
                 not_finite: 2,
                 duplicates: 1,
                 without_normal: 1,
@@ -254,7 +226,6 @@ mod tests {
         assert_eq!(cloud.positions()[1], DVec3::X);
         let slanted = DVec3::new(1.0, 0.0, 1.0).normalize();
         assert!(cloud.normals().unwrap()[0].distance(slanted) < 1e-12);
-        assert_eq!(report.sentences().len(), 4);
         assert_eq!(cloud.bounds().max, DVec3::new(1.0, 2.0, 3.0));
     }
 

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use ndf_core::DVec3;
 use ndf_mesh::io::{self, FileDefect, MeshFormat, Signature, VertexScalars};
 
-pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints, UNCLEAR_COLUMNS};
+pub use cleaning::{CleaningReport, PointCloud, RawCloud, TooFewPoints};
 #[cfg(feature = "las")]
 pub use las::silence_damaged_laz;
 pub use text::UnknownColumns;

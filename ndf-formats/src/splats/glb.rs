@@ -1,6 +1,8 @@
 //! Binary glTF with the extension `KHR_gaussian_splatting`: points whose attributes are linear scales, opacities and
 //! quaternions x, y, z, w, in the coordinates of glTF.
 
+use ndf_core::DVec3;
+use ndf_core::glam::{DAffine3, DMat4, DQuat};
 use ndf_mesh::io::FileDefect;
 use serde_json::Value;
 
@@ -19,47 +21,138 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
     let root: Value =
         serde_json::from_slice(json).map_err(|e| FileDefect::undecodable(format!("its JSON: {e}")))?;
     let file = File { root: &root, buffer };
-    let is_moved =
-        |node: &Value| ["matrix", "translation", "rotation", "scale"].iter().any(|key| !node[key].is_null());
-    if list(&root["nodes"]).any(is_moved) {
-        return Err(FileDefect::unsupported(
-            "its nodes are moved, which is not read; apply their transformations",
-        )
-        .into());
-    }
     let mut splats = Vec::new();
-    for primitive in list(&root["meshes"]).flat_map(|mesh| list(&mesh["primitives"])) {
-        let extension = &primitive["extensions"][EXTENSION];
-        if extension.is_null() {
-            continue;
+    for (mesh, place) in placed_meshes(&root)? {
+        for primitive in list(&root["meshes"][mesh]["primitives"]) {
+            let extension = &primitive["extensions"][EXTENSION];
+            if extension.is_null() {
+                continue;
+            }
+            if extension["extensions"].as_object().is_some_and(|packed| !packed.is_empty()) {
+                return Err(FileDefect::unsupported(
+                    "its splats are compressed, which is not read; save them uncompressed",
+                )
+                .into());
+            }
+            let attribute =
+                |name: &str, width: usize| file.numbers(&primitive["attributes"][name], name, width);
+            let positions = attribute("POSITION", 3)?;
+            let rotations = attribute("KHR_gaussian_splatting:ROTATION", 4)?;
+            let scales = attribute("KHR_gaussian_splatting:SCALE", 3)?;
+            let opacities = attribute("KHR_gaussian_splatting:OPACITY", 1)?;
+            let count = opacities.len();
+            if positions.len() != 3 * count || rotations.len() != 4 * count || scales.len() != 3 * count {
+                return Err(FileDefect::mismatch("its attributes are of different lengths").into());
+            }
+            // Primitives may share their numbers, but not without end.
+            if splats.len() + count > bytes.len() {
+                return Err(FileDefect::too_large("its primitives have more splats than it has bytes").into());
+            }
+            splats.extend((0..count).map(|i| {
+                place.moved(&Splat {
+                    center: [0, 1, 2].map(|k| f64::from(positions[3 * i + k])),
+                    scales: [0, 1, 2].map(|k| scales[3 * i + k]),
+                    rotation: [3, 0, 1, 2].map(|k| rotations[4 * i + k]),
+                    opacity: opacities[i],
+                })
+            }));
         }
-        if extension["extensions"].as_object().is_some_and(|packed| !packed.is_empty()) {
-            return Err(FileDefect::unsupported(
-                "its splats are compressed, which is not read; save them uncompressed",
-            )
-            .into());
-        }
-        let attribute = |name: &str, width: usize| file.numbers(&primitive["attributes"][name], name, width);
-        let positions = attribute("POSITION", 3)?;
-        let rotations = attribute("KHR_gaussian_splatting:ROTATION", 4)?;
-        let scales = attribute("KHR_gaussian_splatting:SCALE", 3)?;
-        let opacities = attribute("KHR_gaussian_splatting:OPACITY", 1)?;
-        let count = opacities.len();
-        if positions.len() != 3 * count || rotations.len() != 4 * count || scales.len() != 3 * count {
-            return Err(FileDefect::mismatch("its attributes are of different lengths").into());
-        }
-        // Primitives may share their numbers, but not without end.
-        if splats.len() + count > bytes.len() {
-            return Err(FileDefect::too_large("its primitives have more splats than it has bytes").into());
-        }
-        splats.extend((0..count).map(|i| Splat {
-            center: [0, 1, 2].map(|k| f64::from(positions[3 * i + k])),
-            scales: [0, 1, 2].map(|k| scales[3 * i + k]),
-            rotation: [3, 0, 1, 2].map(|k| rotations[4 * i + k]),
-            opacity: opacities[i],
-        }));
     }
     Ok(splats)
+}
+
+/// A similarity of space.
+#[derive(Clone, Copy, Debug)]
+struct Placement {
+    affine: DAffine3,
+    scale: f64,
+    rotation: DQuat,
+}
+
+/// How far axes of a node may be from equal lengths and right angles.
+const EVEN: f64 = 1e-5;
+
+impl Placement {
+    /// A transformation that keeps angles; splats under any other have other axes.
+    fn new(affine: DAffine3) -> Result<Self, FileDefect> {
+        let axes = [affine.x_axis, affine.y_axis, affine.z_axis];
+        let scale = affine.matrix3.determinant().cbrt();
+        let is_even = scale > 0.0
+            && (0..3).all(|i| {
+                (axes[i].length() / scale - 1.0).abs() < EVEN
+                    && axes[i].dot(axes[(i + 1) % 3]).abs() < EVEN * scale * scale
+            });
+        if !is_even {
+            return Err(FileDefect::unsupported(
+                "a node stretches or mirrors its splats, which is not read; apply its transformation",
+            ));
+        }
+        Ok(Self { affine, scale, rotation: DQuat::from_mat3(&(affine.matrix3 * scale.recip())) })
+    }
+
+    fn moved(&self, splat: &Splat) -> Splat {
+        if self.affine == DAffine3::IDENTITY {
+            return *splat;
+        }
+        let [w, x, y, z] = splat.rotation.map(f64::from);
+        let turned = self.rotation * DQuat::from_xyzw(x, y, z, w);
+        Splat {
+            center: self.affine.transform_point3(DVec3::from_array(splat.center)).to_array(),
+            scales: splat.scales.map(|s| s * self.scale as f32),
+            rotation: [turned.w, turned.x, turned.y, turned.z].map(|q| q as f32),
+            opacity: splat.opacity,
+        }
+    }
+}
+
+/// The meshes of the scene where its nodes have them; every mesh where it is, if no node has one.
+fn placed_meshes(root: &Value) -> Result<Vec<(usize, Placement)>, FileDefect> {
+    let nodes: Vec<&Value> = list(&root["nodes"]).collect();
+    let index = |value: &Value| value.as_u64().map(|i| i as usize);
+    let mut parent = vec![None; nodes.len()];
+    for (i, node) in nodes.iter().enumerate() {
+        for child in list(&node["children"]).filter_map(index) {
+            *parent
+                .get_mut(child)
+                .ok_or_else(|| FileDefect::mismatch("a node has a child that is not there"))? = Some(i);
+        }
+    }
+    let mut placed = Vec::new();
+    for (i, node) in nodes.iter().enumerate() {
+        let Some(mesh) = index(&node["mesh"]) else { continue };
+        let mut affine = local(node);
+        let mut above = parent[i];
+        // A node that is its own ancestor is no tree.
+        for _ in 0..nodes.len() {
+            let Some(j) = above else { break };
+            affine = local(nodes[j]) * affine;
+            above = parent[j];
+        }
+        if above.is_some() {
+            return Err(FileDefect::mismatch("its nodes are children of themselves"));
+        }
+        placed.push((mesh, Placement::new(affine)?));
+    }
+    if placed.is_empty() {
+        let here = Placement { affine: DAffine3::IDENTITY, scale: 1.0, rotation: DQuat::IDENTITY };
+        placed = (0..list(&root["meshes"]).count()).map(|mesh| (mesh, here)).collect();
+    }
+    Ok(placed)
+}
+
+/// The transformation of a node in that of its parent: a matrix by columns, or translation, rotation and scale.
+fn local(node: &Value) -> DAffine3 {
+    let numbers = |key: &str| list(&node[key]).filter_map(Value::as_f64).collect::<Vec<f64>>();
+    if let Ok(matrix) = <[f64; 16]>::try_from(numbers("matrix")) {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
+    }
+    let three = |key: &str, usual: DVec3| <[f64; 3]>::try_from(numbers(key)).map_or(usual, DVec3::from_array);
+    let rotation = <[f64; 4]>::try_from(numbers("rotation")).map_or(DQuat::IDENTITY, DQuat::from_array);
+    DAffine3::from_scale_rotation_translation(
+        three("scale", DVec3::ONE),
+        rotation,
+        three("translation", DVec3::ZERO),
+    )
 }
 
 /// The JSON and the numbers of a file.
@@ -81,6 +174,9 @@ fn list(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten()
 }
 
+/// How a number is read.
+type Number = fn(&[u8]) -> f32;
+
 struct File<'a> {
     root: &'a Value,
     buffer: &'a [u8],
@@ -93,13 +189,12 @@ impl File<'_> {
         let whole = |value: &Value| value.as_u64().map_or(0, |n| n as usize);
         let accessor = &self.root["accessors"][accessor.as_u64().ok_or_else(missing)? as usize];
         let view = &self.root["bufferViews"][whole(&accessor["bufferView"])];
-        // Fractions of the largest number, where integers are normalised.
-        let (size, number): (usize, fn(&[u8]) -> f32) = match accessor["componentType"].as_u64() {
-            Some(5126) => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-            Some(5120) => (1, |b| (f32::from(b[0].cast_signed()) / 127.0).max(-1.0)),
-            Some(5121) => (1, |b| f32::from(b[0]) / 255.0),
-            Some(5122) => (2, |b| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0)),
-            Some(5123) => (2, |b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0),
+        let (size, largest, number): (usize, f32, Number) = match accessor["componentType"].as_u64() {
+            Some(5126) => (4, 1.0, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+            Some(5120) => (1, 127.0, |b| f32::from(b[0].cast_signed())),
+            Some(5121) => (1, 255.0, |b| f32::from(b[0])),
+            Some(5122) => (2, 32767.0, |b| f32::from(i16::from_le_bytes([b[0], b[1]]))),
+            Some(5123) => (2, 65535.0, |b| f32::from(u16::from_le_bytes([b[0], b[1]]))),
             _ => {
                 return Err(FileDefect::unsupported(format!(
                     "{name} holds numbers of a kind that is not read"
@@ -114,7 +209,13 @@ impl File<'_> {
             .and_then(|start| self.buffer.get(start..))
             .filter(|data| end.is_some_and(|end| end <= data.len()));
         let data = data.ok_or_else(|| FileDefect::truncated(format!("{name} reaches beyond the file")))?;
-        let item = |i: usize| (0..width).map(move |k| number(&data[i * stride + k * size..]));
+        // Normalised integers are fractions of the largest one.
+        let is_normalised = size < 4 && accessor["normalized"] == true;
+        let value = |bytes: &[u8]| {
+            let number = number(bytes);
+            if is_normalised { (number / largest).max(-1.0) } else { number }
+        };
+        let item = |i: usize| (0..width).map(move |k| value(&data[i * stride + k * size..]));
         Ok((0..count).flat_map(item).collect())
     }
 }

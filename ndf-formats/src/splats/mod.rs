@@ -1,5 +1,5 @@
-//! 3D Gaussian splats (Kerbl, Kopanas, Leimkühler and Drettakis 2023) and their files: the authors' PLY, packed PLY, SPZ and
-//! records of 32 bytes, SOG, binary glTF, and the checkpoints of training.
+//! 3D Gaussian splats (Kerbl, Kopanas, Leimkühler and Drettakis 2023) and their files: the authors' PLY, packed PLY, SPZ,
+//! records of 32 bytes, `.ksplat`, SOG, binary glTF, and the checkpoints of training.
 
 mod antimatter;
 mod checkpoint;
@@ -7,6 +7,7 @@ mod compressed_ply;
 #[cfg(feature = "glb")]
 mod glb;
 mod inria_ply;
+mod ksplat;
 #[cfg(any(all(test, feature = "full"), feature = "samples"))]
 pub mod samples;
 #[cfg(feature = "sog")]
@@ -68,6 +69,8 @@ pub enum SplatFormat {
     Spz,
     /// Records of 32 bytes, as antimatter15's viewer has them; there is nothing else to know it by.
     Antimatter,
+    /// The packed splats of the viewer GaussianSplats3D.
+    Ksplat,
     /// PlayCanvas' SOG: images in an archive.
     Sog,
     /// Binary glTF with `KHR_gaussian_splatting`.
@@ -83,6 +86,7 @@ impl fmt::Display for SplatFormat {
             Self::CompressedPly => "compressed PLY",
             Self::Spz => "SPZ",
             Self::Antimatter => "splat",
+            Self::Ksplat => "ksplat",
             Self::Sog => "SOG",
             Self::Glb => "GLB",
             Self::Checkpoint(container) => return container.fmt(f),
@@ -95,7 +99,7 @@ impl fmt::Display for SplatFormat {
 pub enum SplatError {
     /// The content is none of the formats.
     #[error(
-        "the file is not a splat file (PLY with opacity, scale and rot, compressed PLY, SPZ, SOG, GLB with KHR_gaussian_splatting or 32-byte records)"
+        "the file is not a splat file (PLY with opacity, scale and rot, compressed PLY, SPZ, SOG, GLB with KHR_gaussian_splatting, .ksplat or 32-byte records)"
     )]
     Unknown,
     /// The file ends early or contradicts itself.
@@ -136,6 +140,7 @@ pub fn splat_format(bytes: &[u8]) -> Option<SplatFormat> {
         Some(Signature::Zip) => return tensors::is_sog(bytes).then_some(SplatFormat::Sog),
         Some(Signature::Glb) => return is_glb(bytes).then_some(SplatFormat::Glb),
         _ if is_spz(bytes) => return Some(SplatFormat::Spz),
+        None if ksplat::recognises(bytes) => return Some(SplatFormat::Ksplat),
         _ => {}
     }
     let is_unsigned = Signature::of(bytes).is_none();
@@ -157,6 +162,7 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
         #[cfg(not(feature = "spz"))]
         SplatFormat::Spz => Err(SplatError::NotBuilt { format, feature: "spz" }),
         SplatFormat::Antimatter => Ok(antimatter::read(bytes)),
+        SplatFormat::Ksplat => ksplat::read(bytes),
         #[cfg(feature = "sog")]
         SplatFormat::Sog => sog::read(bytes),
         #[cfg(not(feature = "sog"))]

@@ -93,6 +93,36 @@ pub fn compressed_ply() -> Vec<u8> {
     bytes
 }
 
+/// `.ksplat` at a level of compression, with harmonics of the first degree: two splats, the second in a bucket that is not
+/// full.
+pub fn ksplat(level: u16) -> Vec<u8> {
+    let word = |n: u32| n.to_le_bytes();
+    let mut header = [[0, 1, 0, 0], word(1), word(1), word(2), word(2), word(u32::from(level))].concat();
+    header.resize(4096, 0);
+    // Splats, room, size and number of buckets, side of a bucket, bytes of its centre, range, size, full ones, others, degree.
+    let section = [2, 2, 1, 2, 4.0_f32.to_bits(), 12, 32767, 0, 1, 1, 1].map(word).concat();
+    header.extend(section);
+    header.resize(4096 + 1024, 0);
+    header.extend(word(1));
+    let centers = [[0.0_f32, 0.0, 0.0], [-1.0, 0.0, 0.5]];
+    header.extend(centers.iter().flatten().flat_map(|x| x.to_le_bytes()));
+    for (splat, bucket) in TWO.iter().zip(centers) {
+        let half = |x: f32| half::f16::from_f32(x).to_le_bytes();
+        let floats = splat.scales.iter().chain(&splat.rotation);
+        if level == 0 {
+            header.extend(splat.center.iter().flat_map(|&x| (x as f32).to_le_bytes()));
+            header.extend(floats.flat_map(|x| x.to_le_bytes()));
+        } else {
+            let steps = (0..3).map(|k| (splat.center[k] - f64::from(bucket[k])) * 32767.0 / 2.0 + 32767.0);
+            header.extend(steps.flat_map(|x| (x.round() as u16).to_le_bytes()));
+            header.extend(floats.flat_map(|&x| half(x)));
+        }
+        header.extend([128, 128, 128, (255.0 * splat.opacity) as u8]);
+        header.extend(vec![0; 9 * [4, 2, 1][usize::from(level)]]);
+    }
+    header
+}
+
 /// A file of every format, with the end of its name.
 pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let mut ply = Vec::new();
@@ -101,6 +131,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("inria.ply", ply),
         ("compressed.ply", compressed_ply()),
         ("two.splat", antimatter()),
+        ("plain.ksplat", ksplat(0)),
+        ("half.ksplat", ksplat(1)),
+        ("bytes.ksplat", ksplat(2)),
         ("v1.spz", gzip(&spz(1))),
         ("v2.spz", spz(2)),
         ("v3.spz", spz(3)),

@@ -76,6 +76,29 @@ fn formats_agree_with_one_another() {
     }
 }
 
+#[test]
+fn levels_of_ksplat_hold_the_same_splats() {
+    for level in 0..3 {
+        let (format, splats) = parse_splats(&samples::ksplat(level)).unwrap();
+        let (_, twins) = parse_splats(&samples::antimatter()).unwrap();
+        assert_eq!((format, splats.len()), (SplatFormat::Ksplat, 2));
+        for (a, b) in splats.iter().zip(&twins) {
+            assert!((0..3).all(|k| (a.center[k] - b.center[k]).abs() < 1e-4), "{a:?} instead of {b:?}");
+            assert!(covariances_agree(a, b) && (a.opacity - b.opacity).abs() < 1e-6);
+        }
+    }
+    // Buckets that hold fewer splats than are announced, and none.
+    for (at, word) in [(4096 + 1024, 0), (4096 + 32, 0), (4096 + 8, 0), (4096 + 4, 3)] {
+        let mut bytes = samples::ksplat(1);
+        bytes[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
+        assert!(matches!(parse_splats(&bytes), Err(SplatError::Damaged(_))), "{at}");
+    }
+    let Some((format, splats)) = real("minimal.ksplat") else { return };
+    let Some((_, twins)) = real("minimal.splat") else { return };
+    assert_eq!(format, SplatFormat::Ksplat);
+    assert!(splats.iter().zip(&twins).all(|(a, b)| a.center == b.center && a.scales == b.scales));
+}
+
 /// Degenerate triangles at the centres, to search.
 fn neighbours(splats: &[Splat]) -> TriangleTree {
     let points: Vec<DVec3> = splats.iter().map(|s| DVec3::from_array(s.center.map(f64::from))).collect();
@@ -355,8 +378,24 @@ fn splats_of_glb_are_read() {
     for end in (12..bytes.len()).step_by(997) {
         assert!(parse_splats(&bytes[..end]).is_err());
     }
-    let moved = parse_splats(&glb(r#"{"mesh":0,"translation":[1,0,0]}"#)).unwrap_err().to_string();
-    assert!(moved.contains("moved"), "{moved}");
+    // Twice as large, turned by a quarter about z, moved; the parent comes after its child, and a camera has its own place.
+    let placed = r#"{"mesh":0,"translation":[1,0,0],"scale":[2,2,2]},
+        {"children":[0],"rotation":[0,0,0.70710678118654752,0.70710678118654752]},
+        {"camera":0,"matrix":[1,0,0,0,0,3,0,0,0,0,1,0,4,5,6,1]}"#;
+    let (_, found) = parse_splats(&glb(placed)).unwrap();
+    for (a, b) in found.iter().zip(&ball) {
+        let [x, y, z] = b.center;
+        let expected = DVec3::new(-2.0 * y, 2.0 * x + 1.0, 2.0 * z);
+        assert!(DVec3::from_array(a.center).distance(expected) < 1e-6, "{a:?} {b:?}");
+        // Flat along the normal, which is turned.
+        let normal = DVec3::new(-y, x, z).normalize();
+        assert!((a.scales[2] - 0.002).abs() < 1e-8 && a.axes()[2].dot(normal).abs() > 0.99999, "{a:?}");
+    }
+    let error = |nodes: &str| parse_splats(&glb(nodes)).unwrap_err().to_string();
+    assert!(error(r#"{"mesh":0,"scale":[1,1,2]}"#).contains("stretches or mirrors"));
+    assert!(error(r#"{"mesh":0,"scale":[1,1,-1]}"#).contains("stretches or mirrors"));
+    assert!(error(r#"{"mesh":0,"children":[1]},{"children":[0]}"#).contains("children of themselves"));
+    assert!(error(r#"{"mesh":0,"children":[7]}"#).contains("not there"));
     let without = String::from_utf8_lossy(&bytes).replace("KHR_gaussian_splatting", "KHR_gaussian_splutting");
     assert!(
         matches!(crate::sniff(without.as_bytes()), Some(crate::Format::Foreign(what)) if what.contains("glTF"))

@@ -28,6 +28,7 @@ pub use lines::{Lines, format_of_lines, read_lines, write_lines};
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
 pub use signature::Signature;
+pub use text::beginning_to_sniff;
 pub use write::{
     Positions, Rounding, WriteError, format_to_write, is_property_name, write_mesh, write_mesh_with,
 };

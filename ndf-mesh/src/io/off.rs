@@ -247,11 +247,14 @@ impl Keyword {
     fn of(line: &str) -> Option<(Self, &str)> {
         let line = line.trim_start();
         let at = line.get(..7.min(line.len())).unwrap_or_default().to_ascii_uppercase().find("OFF")?;
-        let (variant, rest) = (&line[..at], &line[at + 3..]);
+        let (variant, word, rest) = (&line[..at], &line[at..at + 3], &line[at + 3..]);
+        // All of it small, it does not tell normals (N) from a number of dimensions (n), which are rare.
+        let is_small = word == "off";
+        let variant = if is_small { variant.to_ascii_uppercase() } else { variant.to_owned() };
         let is_known = variant.chars().all(|c| "STCN4n".contains(c));
         let ends = rest.chars().next().is_none_or(|c| c.is_whitespace() || c.is_ascii_digit());
         let keyword = Self {
-            is_binary: rest.trim_start().starts_with("BINARY"),
+            is_binary: rest.trim_start().to_ascii_uppercase().starts_with("BINARY"),
             has_normals: variant.contains('N'),
             has_colours: variant.contains('C'),
             has_texture: variant.contains("ST"),

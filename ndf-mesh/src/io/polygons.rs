@@ -12,13 +12,16 @@ use ndf_core::DVec3;
 use spade::handles::{DirectedEdgeHandle, FixedVertexHandle};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::{Content, Parsed, ReadNote, VertexScalars};
+use super::{Content, FileDefect, Parsed, ReadNote, VertexScalars};
 use crate::TriangleMesh;
 
 /// How far corners may be from the plane of a flat polygon, in diameters of the polygon.
 const FLAT: f64 = 0.01;
 /// The least area of a triangle of a fan, in squared diameters of the polygon.
 const MIN_AREA: f64 = 1e-12;
+
+/// Most corners of a polygon: cutting one takes some 500 bytes a corner.
+const MAX_CORNERS: usize = 1 << 20;
 
 /// Collects polygons and remembers what there is to say about them.
 #[derive(Default)]
@@ -59,6 +62,11 @@ impl Triangles {
 
     /// The mesh of these triangles over `positions`.
     pub(super) fn into_content(self, positions: Vec<DVec3>, scalars: Vec<VertexScalars>) -> Parsed {
+        if let Some(&(_, count)) = self.polygons.iter().find(|(_, count)| count + 2 > MAX_CORNERS) {
+            let corners = count + 2;
+            let text = format!("a face has {corners} corners; at most {MAX_CORNERS} are read");
+            return Err(FileDefect::unsupported(text));
+        }
         let mut mesh = TriangleMesh::new(positions, self.faces)?;
         let (mut not_convex, mut crossed, mut not_flat) = (0, 0, 0);
         if !self.polygons.is_empty() {
@@ -132,30 +140,35 @@ impl Outline {
     fn delaunay(&self) -> Option<Vec<[u32; 3]>> {
         let u = self.normal.any_orthonormal_vector();
         let v = self.normal.cross(u);
-        let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
-        let mut corner_of = Vec::with_capacity(self.points.len());
+        // Corners in the same place are one.
+        let mut at: HashMap<[u64; 2], usize> = HashMap::with_capacity(self.points.len());
+        let (mut corner_of, mut points) = (Vec::new(), Vec::new());
         let mut handles = Vec::with_capacity(self.points.len());
         for (p, &corner) in self.points.iter().zip(&self.corners) {
-            let handle = cdt.insert(Point2::new(p.dot(u), p.dot(v))).ok()?;
-            // Corners in the same place are one.
-            if handle.index() == corner_of.len() {
+            // −0 is 0.
+            let [x, y] = [p.dot(u) + 0.0, p.dot(v) + 0.0];
+            handles.push(*at.entry([x.to_bits(), y.to_bits()]).or_insert_with(|| {
                 corner_of.push(corner);
-            }
-            handles.push(handle);
+                points.push(Point2::new(x, y));
+                points.len() - 1
+            }));
         }
-        let sides: Vec<[FixedVertexHandle; 2]> = (0..handles.len())
+        let sides: Vec<[usize; 2]> = (0..handles.len())
             .map(|i| [handles[i], handles[(i + 1) % handles.len()]])
             .filter(|[a, b]| a != b)
             .collect();
-        for &[a, b] in &sides {
-            if !cdt.can_add_constraint(a, b) {
-                return None;
-            }
-            cdt.add_constraint(a, b);
+        let mut crosses = false;
+        let cdt =
+            ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides.clone(), |_| {
+                crosses = true;
+            })
+            .ok()?;
+        if crosses || cdt.num_vertices() != corner_of.len() {
+            return None;
         }
         // How often the outline passes along each edge.
         let mut passes: HashMap<[usize; 2], i32> = HashMap::new();
-        for &[from, to] in &sides {
+        for [from, to] in sides.into_iter().map(|side| side.map(FixedVertexHandle::from_index)) {
             let end = cdt.vertex(to).position();
             let mut at = cdt.vertex(from);
             while at.fix() != to {

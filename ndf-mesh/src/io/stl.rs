@@ -32,14 +32,16 @@ fn is_exact(bytes: &[u8]) -> bool {
     announced(bytes).is_some_and(|n| HEADER + n * TRIANGLE == bytes.len())
 }
 
-/// Whether nine triangles of ten have a normal that is of length 1 or 0 and corners of sizes that things have.
+/// Whether nine triangles of ten have a normal that is of length 1 or 0 and corners of sizes that things have,
+/// not all of them at the origin.
 fn looks_like_triangles(bytes: &[u8]) -> bool {
     let (triangles, _) = bytes.get(HEADER..).unwrap_or_default().as_chunks::<TRIANGLE>();
     let sized = |x: &f32| *x == 0.0 || (1e-12..1e12).contains(&x.abs());
     let is_sound = |triangle: &[u8; TRIANGLE]| {
         let x: Vec<f32> = triangle[..48].as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
         let length = x[..3].iter().map(|x| x * x).sum::<f32>().sqrt();
-        (length == 0.0 || (0.9..1.1).contains(&length)) && x[3..].iter().all(sized)
+        let is_nothing = x[3..].iter().all(|&x| x == 0.0);
+        (length == 0.0 || (0.9..1.1).contains(&length)) && x[3..].iter().all(sized) && !is_nothing
     };
     let step = triangles.len().div_ceil(1000).max(1);
     let (sound, all) = triangles

@@ -389,6 +389,8 @@ fn off_is_read_in_all_its_ways() {
     for text in [
         format!("OFF\n8 6 0\n{body}"),
         format!("off\n8 6 0\n{body}"),
+        format!("{}OFF\r8 6 0\r\n{body}", "# said first\n".repeat(1000)),
+        format!("coff\n8 6 0\n{}", rows(&|p| plain(p) + " 1 0 0 1", " 255 0 0")),
         format!("8 6 0\n{body}"),
         format!("\u{feff}OFF 8 6 12\n{body}"),
         format!("# a box\n8 6 0\n\n{body}"),

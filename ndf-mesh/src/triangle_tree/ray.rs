@@ -30,6 +30,29 @@ impl TriangleTree {
     }
 }
 
+impl TriangleTree {
+    /// All hits of a ray with the mesh, `t ≥ 0`, in no order, under the rules of [`first_hit`](Self::first_hit).
+    pub fn hits(&self, origin: DVec3, direction: DVec3) -> Vec<RayHit> {
+        let mut hits = Vec::new();
+        if self.is_empty() || !origin.is_finite() || !direction.is_finite() || direction == DVec3::ZERO {
+            return hits;
+        }
+        let ray = Shear::of(origin, direction);
+        let (origin, inverse) = ray.local(self);
+        let mut stack = vec![0_u32];
+        while let Some(child) = stack.pop() {
+            if child & PACKET != 0 {
+                self.packets[(child & !PACKET) as usize].hits(&ray, &mut hits);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let (enter, leave) = node.crossings(origin, inverse);
+            stack.extend((0..WIDTH).filter(|&i| enter[i] <= leave[i]).map(|i| node.children[i]));
+        }
+        hits
+    }
+}
+
 /// A ray and the shear that takes its direction to the z axis.
 struct Shear {
     origin: DVec3,
@@ -46,6 +69,17 @@ impl Shear {
         let [x, y, z] = axes.map(|axis| direction[axis]);
         Self { origin, direction, axes, shear: [x / z, y / z, z.recip()] }
     }
+
+    /// Its origin in the frame of a tree, and by how much its parameter grows with each coordinate there.
+    #[inline(always)]
+    fn local(&self, tree: &TriangleTree) -> ([f64; 3], [f64; 3]) {
+        // A direction component of 0 becomes one so small that its slab is all or nothing, and 0 · ∞ is avoided.
+        let least = self.direction.abs().max_element() * 1e-200;
+        let inverse = (self.direction * tree.frame.scale)
+            .to_array()
+            .map(|x| if x.abs() > least * tree.frame.scale { x } else { least * tree.frame.scale }.recip());
+        (tree.frame.to_local(self.origin).to_array(), inverse)
+    }
 }
 
 struct Cast<'a> {
@@ -59,12 +93,7 @@ impl WithSimd for Cast<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Option<RayHit> {
         let Self { tree, ray } = self;
-        let origin = tree.frame.to_local(ray.origin).to_array();
-        // A direction component of 0 becomes one so small that its slab is all or nothing, and 0 · ∞ is avoided.
-        let least = ray.direction.abs().max_element() * 1e-200;
-        let inverse = (ray.direction * tree.frame.scale)
-            .to_array()
-            .map(|x| if x.abs() > least * tree.frame.scale { x } else { least * tree.frame.scale }.recip());
+        let (origin, inverse) = ray.local(tree);
         let mut hit: Option<RayHit> = None;
         let mut nearest = f64::INFINITY;
         let mut stack = [(0.0_f64, 0_u32); STACK];
@@ -125,9 +154,9 @@ impl Node {
 }
 
 impl Packet {
-    /// The first triangle hit before `nearest`.
+    /// Where the ray meets each triangle, NaN where it does not, and the volumes that give the place in it.
     #[inline(always)]
-    fn first_hit(&self, ray: &Shear, nearest: f64) -> Option<RayHit> {
+    fn times(&self, ray: &Shear) -> ([f64; LANES], [[f64; LANES]; 3]) {
         let [a, b, c] = [0, 1, 2].map(|corner| self.sheared(corner, ray));
         let mut sides = [[0.0; LANES]; 3];
         let mut times = [f64::NAN; LANES];
@@ -143,17 +172,37 @@ impl Packet {
             times[i] = if some_negative & some_positive { f64::NAN } else { t };
             (sides[0][i], sides[1][i], sides[2][i]) = (u, v, w);
         }
+        (times, sides)
+    }
+
+    fn hit(&self, lane: usize, times: &[f64; LANES], sides: &[[f64; LANES]; 3]) -> RayHit {
+        let [u, v, w] = [sides[0][lane], sides[1][lane], sides[2][lane]];
+        let barycentric = [u / (u + v + w), v / (u + v + w), w / (u + v + w)];
+        RayHit { t: times[lane], at: FacePoint { face: self.faces[lane], barycentric } }
+    }
+
+    /// The first triangle hit before `nearest`.
+    #[inline(always)]
+    fn first_hit(&self, ray: &Shear, nearest: f64) -> Option<RayHit> {
+        let (times, sides) = self.times(ray);
         let mut first: Option<usize> = None;
         for i in 0..LANES {
             if times[i] >= 0.0 && times[i] < first.map_or(nearest, |lane| times[lane]) {
                 first = Some(i);
             }
         }
-        first.map(|i| {
-            let [u, v, w] = [sides[0][i], sides[1][i], sides[2][i]];
-            let barycentric = [u / (u + v + w), v / (u + v + w), w / (u + v + w)];
-            RayHit { t: times[i], at: FacePoint { face: self.faces[i], barycentric } }
-        })
+        first.map(|lane| self.hit(lane, &times, &sides))
+    }
+
+    /// All triangles that are hit. Spare lanes repeat the last triangle.
+    fn hits(&self, ray: &Shear, hits: &mut Vec<RayHit>) {
+        let (times, sides) = self.times(ray);
+        for lane in 0..LANES {
+            let is_spare = lane > 0 && self.faces[lane] == self.faces[lane - 1];
+            if times[lane] >= 0.0 && times[lane].is_finite() && !is_spare {
+                hits.push(self.hit(lane, &times, &sides));
+            }
+        }
     }
 
     /// A corner of all triangles, in the frame in which the ray starts at 0 and runs along z.

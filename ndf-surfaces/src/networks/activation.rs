@@ -14,8 +14,11 @@ use pulp::Arch;
 pub enum Activation {
     /// max(x, 0)
     Relu,
-    /// x, or eˣ − 1 below 0
-    Elu,
+    /// x, or α (eˣ − 1) below 0
+    Elu {
+        /// α
+        alpha: f32,
+    },
     /// x, or a multiple of it below 0
     LeakyRelu {
         /// The slope below 0.
@@ -44,14 +47,14 @@ pub enum Activation {
 /// A name that no activation has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no activation named {0}; known are relu, leaky-relu:SLOPE, elu, softplus:BETA, sine:OMEGA, cosine, tanh, silu and gelu"
+    "there is no activation named {0}; known are relu, leaky-relu:SLOPE, elu:ALPHA, softplus:BETA, sine:OMEGA, cosine, tanh, silu and gelu"
 )]
 pub struct UnknownActivation(pub String);
 
 impl FromStr for Activation {
     type Err = UnknownActivation;
 
-    /// A name, and after a colon its parameter, as PyTorch has it by default: `leaky-relu:0.01`, `softplus:1`, `sine:30`.
+    /// A name, and after a colon its parameter, as PyTorch has it by default: `leaky-relu:0.01`, `elu:1`, `softplus:1`, `sine:30`.
     fn from_str(text: &str) -> Result<Self, UnknownActivation> {
         let unknown = || UnknownActivation(text.to_owned());
         let (name, parameter) = match text.split_once(':') {
@@ -67,7 +70,7 @@ impl FromStr for Activation {
             ("softplus", _) => Ok(Self::Softplus { beta: number(1.0) }),
             ("sine" | "sin", _) => Ok(Self::Sine { frequency: number(30.0) }),
             ("relu", None) => Ok(Self::Relu),
-            ("elu", None) => Ok(Self::Elu),
+            ("elu", _) => Ok(Self::Elu { alpha: number(1.0) }),
             ("cosine" | "cos", None) => Ok(Self::Cosine),
             ("tanh", None) => Ok(Self::Tanh),
             ("silu" | "swish", None) => Ok(Self::Silu),
@@ -83,7 +86,8 @@ impl fmt::Display for Activation {
         match self {
             Self::Relu => f.write_str("relu"),
             Self::LeakyRelu { slope } => write!(f, "leaky-relu:{slope}"),
-            Self::Elu => f.write_str("elu"),
+            Self::Elu { alpha: 1.0 } => f.write_str("elu"),
+            Self::Elu { alpha } => write!(f, "elu:{alpha}"),
             Self::Softplus { beta } => write!(f, "softplus:{beta}"),
             Self::Sine { .. } => f.write_str("sine"),
             Self::Cosine => f.write_str("cosine"),
@@ -100,7 +104,9 @@ impl Activation {
         match self {
             Self::Relu => map(x, y, |x| x.max(0.0)),
             Self::LeakyRelu { slope } => map(x, y, move |x| if x > 0.0 { x } else { slope * x }),
-            Self::Elu => map(x, y, |x| if x > 0.0 { x } else { exp_of_negative(x) - 1.0 }),
+            Self::Elu { alpha } => {
+                map(x, y, move |x| if x > 0.0 { x } else { alpha * (exp_of_negative(x) - 1.0) });
+            }
             Self::Softplus { beta } => {
                 let scale = beta.recip();
                 map(x, y, move |x| x.max(0.0) + scale * log_one_plus(exp_of_negative(-(beta * x).abs())));
@@ -118,7 +124,9 @@ impl Activation {
         match self {
             Self::Relu => scale(x, adjoint, |x| if x > 0.0 { 1.0 } else { 0.0 }),
             Self::LeakyRelu { slope } => scale(x, adjoint, move |x| if x > 0.0 { 1.0 } else { slope }),
-            Self::Elu => scale(x, adjoint, |x| if x > 0.0 { 1.0 } else { exp_of_negative(x) }),
+            Self::Elu { alpha } => {
+                scale(x, adjoint, move |x| if x > 0.0 { 1.0 } else { alpha * exp_of_negative(x) });
+            }
             Self::Softplus { beta } => scale(x, adjoint, move |x| {
                 let e = exp_of_negative(-(beta * x).abs());
                 (if x > 0.0 { 1.0 } else { e }) / (1.0 + e)
@@ -239,12 +247,13 @@ fn tanh(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const ALL: [Activation; 10] = [
+    const ALL: [Activation; 11] = [
         Activation::Relu,
         Activation::LeakyRelu { slope: 0.1 },
         Activation::Silu,
         Activation::Gelu,
-        Activation::Elu,
+        Activation::Elu { alpha: 1.0 },
+        Activation::Elu { alpha: 0.5 },
         Activation::Softplus { beta: 100.0 },
         Activation::Softplus { beta: 1.0 },
         Activation::Sine { frequency: 30.0 },
@@ -258,13 +267,7 @@ mod tests {
             Activation::LeakyRelu { slope } => x.max(0.0) + f64::from(slope) * x.min(0.0),
             Activation::Silu => x / (1.0 + (-x).exp()),
             Activation::Gelu => x * distribution(x),
-            Activation::Elu => {
-                if x > 0.0 {
-                    x
-                } else {
-                    x.exp_m1()
-                }
-            }
+            Activation::Elu { alpha } => x.max(0.0) + f64::from(alpha) * x.min(0.0).exp_m1(),
             Activation::Softplus { beta } => {
                 let t = f64::from(beta) * x;
                 (t.max(0.0) + (-t.abs()).exp().ln_1p()) / f64::from(beta)
@@ -349,14 +352,8 @@ mod tests {
     fn extremes_stay_finite_and_nan_stays_nan() {
         let x = [f32::MAX, -f32::MAX, 0.0, f32::NAN];
         let mut y = [0.0; 4];
-        for f in [
-            Activation::Softplus { beta: 100.0 },
-            Activation::Elu,
-            Activation::Tanh,
-            Activation::Relu,
-            Activation::Silu,
-            Activation::LeakyRelu { slope: 0.1 },
-        ] {
+        let is_periodic = |f: &Activation| matches!(f, Activation::Sine { .. } | Activation::Cosine);
+        for f in ALL.into_iter().filter(|f| !is_periodic(f)) {
             f.apply(&x, &mut y);
             assert!(y[1].is_finite() && y[2].is_finite(), "{f:?}: {y:?}");
         }

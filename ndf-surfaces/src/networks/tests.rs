@@ -161,10 +161,14 @@ fn everything() -> Graph {
     let c = graph.grid(grid);
     let all = graph.joined(&[a, b, c, position]);
     let mut h = graph.dense(layer(graph.width(all), 20, 7), all).unwrap();
-    for (k, activation) in
-        [Activation::Softplus { beta: 10.0 }, Activation::Elu, Activation::Tanh, Activation::Cosine]
-            .into_iter()
-            .enumerate()
+    for (k, activation) in [
+        Activation::Softplus { beta: 10.0 },
+        Activation::Elu { alpha: 1.0 },
+        Activation::Tanh,
+        Activation::Cosine,
+    ]
+    .into_iter()
+    .enumerate()
     {
         let mapped = graph.map(activation, h);
         let filter = graph.dense(layer(3, 20, 50 + k as u32), position).unwrap();

@@ -1,4 +1,4 @@
-//! Planes fitted to the neighbours of every point: directions, spacing, noise, outliers.
+//! Planes fitted to the neighbours of every point: directions, spacing, noise.
 
 use ndf_core::DVec3;
 use rayon::prelude::*;
@@ -8,15 +8,12 @@ use super::neighbours::Neighbours;
 
 /// Neighbours a plane is fitted to, at first and at most: noise may ask for more. To the nearest half of them a second
 /// plane is fitted, to tell noise from curvature.
-const NEIGHBOURS: usize = 16;
+pub(super) const NEIGHBOURS: usize = 16;
 const MOST_NEIGHBOURS: usize = 128;
 
 /// The largest noise that 16 neighbours tell, in spacings; it grows with the square root of their number. Neighbours
 /// in thicker layers of points lie around a point on all sides: what they then tell is at most 0.4.
 const TELLABLE: f64 = 0.3;
-
-/// A point counts as an outlier if its neighbours are this many times farther away than theirs are.
-const LONELY: f64 = 3.0;
 
 /// Pairs of neighbours looked at to judge normals.
 const JUDGED: usize = 4000;
@@ -30,8 +27,6 @@ pub struct LocalPlanes {
     pub spacings: Vec<f64>,
     /// An estimate of the standard deviation of the noise.
     pub noise: f64,
-    /// Whether each point is much farther from its neighbours than they are from each other.
-    pub outliers: Vec<bool>,
 }
 
 impl LocalPlanes {
@@ -39,16 +34,7 @@ impl LocalPlanes {
     /// where noise makes a layer of points of the surface. O(n log n) on all threads.
     pub fn new(positions: &[DVec3], neighbours: &Neighbours) -> Self {
         let near = nearest(positions, neighbours, NEIGHBOURS);
-        let spacings: Vec<f64> =
-            (positions, &near).into_par_iter().map(|(&p, near)| spacing(p, positions, near)).collect();
-        let outliers = near
-            .par_iter()
-            .enumerate()
-            .map(|(i, near)| {
-                let mut theirs: Vec<f64> = near.iter().map(|&j| spacings[j as usize]).collect();
-                spacings[i] > LONELY * median(&mut theirs)
-            })
-            .collect();
+        let spacings = spacings(positions, &near);
         let unit = TELLABLE * median(&mut spacings.clone()) / (NEIGHBOURS as f64).sqrt();
         let mut count = NEIGHBOURS;
         let (mut normals, mut noise) = fit(positions, &near);
@@ -56,7 +42,7 @@ impl LocalPlanes {
             count *= 2;
             (normals, noise) = fit(positions, &nearest(positions, neighbours, count));
         }
-        Self { normals, spacings, noise, outliers }
+        Self { normals, spacings, noise }
     }
 
     /// The median of the spacings.
@@ -66,12 +52,16 @@ impl LocalPlanes {
 }
 
 /// The point itself and its nearest neighbours, for every point.
-fn nearest(positions: &[DVec3], neighbours: &Neighbours, count: usize) -> Vec<Vec<u32>> {
+pub(super) fn nearest(positions: &[DVec3], neighbours: &Neighbours, count: usize) -> Vec<Vec<u32>> {
     let near = |&p: &DVec3| neighbours.nearest(p, count + 1).iter().map(|n| n.index).collect();
     positions.par_iter().map(near).collect()
 }
 
-/// The square root of the area that each point takes.
+/// The square root of the area that each point takes, by the neighbours of each.
+pub(super) fn spacings(positions: &[DVec3], near: &[Vec<u32>]) -> Vec<f64> {
+    (positions, near).into_par_iter().map(|(&p, near)| spacing(p, positions, near)).collect()
+}
+
 fn spacing(p: DVec3, positions: &[DVec3], near: &[u32]) -> f64 {
     let radius = near.iter().map(|&j| positions[j as usize].distance(p)).fold(0.0, f64::max);
     radius * (std::f64::consts::PI / near.len().max(1) as f64).sqrt()
@@ -172,17 +162,14 @@ mod tests {
         let expected = (4.0 * std::f64::consts::PI / 5000.0).sqrt();
         assert!((planes.spacing() / expected - 1.0).abs() < 0.2, "{} {expected}", planes.spacing());
         assert!(planes.noise < 0.05 * expected);
-        assert!(!planes.outliers.contains(&true));
     }
 
     #[test]
-    fn noise_and_outliers_are_noticed() {
+    fn noise_is_noticed() {
         let sigma = 0.02;
-        let mut points = sphere(5000, sigma);
-        points.push(DVec3::new(1.5, 0.0, 0.0));
+        let points = sphere(5000, sigma);
         let planes = LocalPlanes::new(&points, &Neighbours::new(&points));
         assert!((planes.noise / sigma - 1.0).abs() < 0.3, "{}", planes.noise);
-        assert!(planes.outliers[5000] && planes.outliers.iter().filter(|&&o| o).count() == 1);
         // Also where it is as large as the spacing, so that the nearest neighbours lie on all sides.
         let sigma = 0.025;
         let points = sphere(20_000, sigma);

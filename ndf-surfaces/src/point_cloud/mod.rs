@@ -11,6 +11,7 @@ mod moving_spheres;
 mod neighbours;
 mod orientation;
 mod oriented_cloud;
+mod outliers;
 mod unoriented;
 mod winding_field;
 
@@ -20,5 +21,6 @@ pub use moving_spheres::MovingSpheres;
 pub use neighbours::{Neighbour, Neighbours};
 pub use orientation::{Orientation, orient};
 pub use oriented_cloud::OrientedCloud;
+pub use outliers::without_outliers;
 pub use unoriented::{UnorientedCloud, unoriented_cloud};
 pub use winding_field::{WindingField, WindingFieldOptions};

@@ -7,15 +7,13 @@ use super::moving_spheres::MovingSpheres;
 use super::neighbours::Neighbours;
 use super::orientation::orient;
 use super::oriented_cloud::OrientedCloud;
+use super::outliers::without_outliers;
 use super::winding_field::WindingFieldOptions;
 use ndf_formats::point_cloud::PointCloud;
 
 /// Radius of the regularisation of the winding number that gives the base mesh, in spacings and standard deviations of
 /// the noise, which add up: noise must not make handles.
 const SMOOTHING: [f64; 2] = [0.7, 4.0];
-
-/// Share of outliers from which they are no outliers.
-const FEW: f64 = 0.2;
 
 /// The surface of a cloud without normals.
 pub struct UnorientedCloud {
@@ -42,12 +40,7 @@ pub struct UnorientedCloud {
 /// # Errors
 /// If the observer asks to stop.
 pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<UnorientedCloud, Cancelled> {
-    let all = cloud.positions();
-    let planes = LocalPlanes::new(all, &Neighbours::new(all));
-    let outliers = planes.outliers.iter().filter(|&&outlier| outlier).count();
-    let outliers = if (outliers as f64) < FEW * all.len() as f64 { outliers } else { 0 };
-    let kept = |i: usize| outliers == 0 || !planes.outliers[i];
-    let cloud = cloud.clone().without_normals().retained(kept);
+    let (cloud, outliers) = without_outliers(cloud.clone().without_normals());
     let neighbours = Neighbours::new(cloud.positions());
     let planes = LocalPlanes::new(cloud.positions(), &neighbours);
     let found = orient(cloud.positions(), &planes, &neighbours, progress)?;

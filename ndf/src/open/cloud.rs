@@ -1,10 +1,10 @@
 //! Point clouds, with normals and without.
 
-use ndf_core::{BoundingBox, Progress, Surface};
+use ndf_core::{Progress, Surface};
 use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud};
 use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
-    Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud,
+    Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud, without_outliers,
 };
 
 use super::{Content, OpenError, OpenOptions, Representation};
@@ -13,9 +13,7 @@ use crate::kind::Kind;
 use crate::note::Note;
 use crate::opened::{BaseSource, Opened};
 use crate::presets::{CONSISTENT, DOUBTFUL};
-
-/// Products of four lengths are computed, which have a range of 1e±308.
-const LIMIT: f64 = 1e75;
+use crate::range::check_range;
 
 /// Files of points.
 pub(super) struct Clouds;
@@ -87,40 +85,32 @@ pub(super) fn opened(
     mut notes: Vec<Note>,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
-    check_range(cloud, name)?;
+    check_range(cloud.positions()).map_err(|source| OpenError::Range { name: name.to_owned(), source })?;
     let kind = chosen(asked, agreement(cloud), name, &mut notes)?;
     let mut opened = match kind {
-        Kind::OrientedCloud => oriented(cloud),
+        Kind::OrientedCloud => oriented(cloud.clone()),
         _ => unoriented(cloud, name, progress)?,
     };
     opened.notes.splice(0..0, notes);
     Ok(opened)
 }
 
-/// Whether lengths and their squares can be computed in double precision.
-fn check_range(cloud: &PointCloud, name: &str) -> Result<(), OpenError> {
-    let bounds = BoundingBox::of_points(cloud.positions());
-    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-    let extent = (bounds.extent() / farthest.max(f64::MIN_POSITIVE)).length() * farthest;
-    if farthest > LIMIT || extent < LIMIT.recip() {
-        return Err(OpenError::Range { name: name.to_owned(), extent, farthest });
-    }
-    Ok(())
+fn outlying(points: usize) -> Option<Note> {
+    (points > 0).then_some(Note::Outliers { points })
 }
 
-fn oriented(cloud: &PointCloud) -> Opened {
-    let surface = OrientedCloud::new(cloud, &WindingFieldOptions::default());
-    let notes = surface.field().is_turned().then_some(Note::NormalsTurned).into_iter().collect();
+fn oriented(cloud: PointCloud) -> Opened {
+    let (cloud, outliers) = without_outliers(cloud);
+    let surface = OrientedCloud::new(&cloud, &WindingFieldOptions::default());
+    let turned = surface.field().is_turned().then_some(Note::NormalsTurned);
+    let notes = outlying(outliers).into_iter().chain(turned).collect();
     Opened { notes, ..Opened::from_surface(Box::new(surface), Kind::OrientedCloud) }
 }
 
 fn unoriented(cloud: &PointCloud, name: &str, progress: &dyn Progress) -> Result<Opened, OpenError> {
     let found =
         unoriented_cloud(cloud, progress).map_err(|_| OpenError::Cancelled { name: name.to_owned() })?;
-    let mut notes = Vec::new();
-    if found.outliers > 0 {
-        notes.push(Note::Outliers { points: found.outliers });
-    }
+    let mut notes: Vec<Note> = outlying(found.outliers).into_iter().collect();
     if found.agreement < DOUBTFUL {
         notes.push(Note::NormalsDoubtful { agreement: found.agreement });
     }

@@ -14,11 +14,12 @@ use ndf_train::CheckpointError;
 
 use crate::kind::Kind;
 use crate::left_out::LeftOut;
+use crate::range::OutOfRange;
 use crate::text::without_faces;
 
 /// What can be read, for files of no known kind.
 const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
-                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ, SOG, GLB, PyTorch and .splat";
+                     networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ, SOG, GLB, PyTorch, .splat and .ksplat";
 
 /// Why a surface could not be opened. Every message names the file, or what stands for it.
 #[derive(Debug, thiserror::Error)]
@@ -84,16 +85,12 @@ pub enum OpenError {
         vertex: Vertex,
     },
     /// Points of a cloud lie so far out, or so close together, that lengths cannot be computed any more.
-    #[error(
-        "{name}: its points span {extent:.1e}, and lie up to {farthest:.1e} from the origin: lengths cannot be computed beyond 1e75 and below 1e-75; scale them"
-    )]
+    #[error("{name}: {source}")]
     Range {
         /// The file.
         name: String,
-        /// The diagonal of its points.
-        extent: f64,
-        /// The largest coordinate.
-        farthest: f64,
+        /// How large they are.
+        source: OutOfRange,
     },
     /// The mesh has no faces.
     #[error(

@@ -51,7 +51,6 @@ fn parse(content: &Content, options: &OpenOptions) -> Result<MeshFile, OpenError
 /// What is to be said of a file of no known format by its name alone: these formats have no magic number.
 fn by_name(path: &Path) -> Option<&'static str> {
     match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-        "ksplat" => Some("it is named as packed splats of GaussianSplats3D; convert it to .ply or .splat"),
         "onnx" => Some("it is named as a network of ONNX; save its weights as .pth or .safetensors"),
         "pkl" | "pickle" => {
             Some("it is named as a pickle; save its arrays as .npz, or its network with torch.save")

@@ -19,7 +19,7 @@ use ndf_formats::point_cloud::{CloudOptions, PointCloud};
 use ndf_formats::splats::splats_of_tensors;
 use ndf_formats::{Format, sniff};
 use ndf_mesh::TriangleMesh;
-use ndf_mesh::io::Signature;
+use ndf_mesh::io::{MeshFormat, Signature};
 use ndf_mesh::repair::{Parts, RepairOptions};
 use ndf_model::Model;
 use ndf_surfaces::networks::{NetworkOptions, NeuralField, is_snapshot};
@@ -30,6 +30,7 @@ pub use network::read_latent;
 
 use crate::describe::{CheckpointDescription, Described, Description, ModelDescription};
 use crate::kind::Kind;
+use crate::note::Note;
 use crate::opened::Opened;
 use crate::presets::MIN_PART;
 pub(crate) use content::Content;
@@ -109,10 +110,30 @@ fn representation(
         Some(Format::Tensors(_)) => &network::Networks,
         Some(Format::Splats(_)) => &splats::Splats,
         Some(Format::Cloud(_)) => &cloud::Clouds,
-        _ if options.cloud.columns.is_some() => &cloud::Clouds,
+        // Counts of OFF without its keyword may be those of a cloud.
+        Some(Format::Mesh(MeshFormat::Off)) | None if options.cloud.columns.is_some() => &cloud::Clouds,
         None if NeuralField::from_flat_file(bytes, &options.network).is_some() => &network::Networks,
         _ => &mesh::Meshes,
     })
+}
+
+/// Options that say nothing of what is opened as one of these kinds.
+fn unused(options: &OpenOptions, kinds: &[Kind]) -> Vec<Note> {
+    let is_cloud = kinds.contains(&Kind::Cloud);
+    let has_level = kinds.contains(&Kind::Nerf) || kinds.contains(&Kind::Splats);
+    let all = [
+        ("the columns of texts of points (--columns)", options.cloud.columns.is_some() && !is_cloud),
+        (
+            "what is done with points marked as noise (--keep-flagged)",
+            options.cloud.keep_flagged && !is_cloud,
+        ),
+        (
+            "what a network is (--activation, --omega, --box, --latent)",
+            options.network != NetworkOptions::default() && !kinds.contains(&Kind::NeuralSdf),
+        ),
+        ("the level of a field (--iso)", options.level.is_some() && !has_level),
+    ];
+    all.into_iter().filter(|(_, is_unused)| *is_unused).map(|(what, _)| Note::OptionUnused { what }).collect()
 }
 
 /// What a file is that is no model, if it is known.
@@ -186,7 +207,9 @@ fn open_content(
     if Model::is_model(&content.bytes) {
         return Err(OpenError::Model { name: content.name() });
     }
-    let opened = representation(content, options)?.open(content, options, progress)?;
+    let representation = representation(content, options)?;
+    let mut opened = representation.open(content, options, progress)?;
+    opened.notes.splice(0..0, unused(options, representation.kinds()));
     Ok(Opened { path: Some(content.path.clone()), parts: options.repair.parts, ..opened })
 }
 
@@ -204,7 +227,10 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
         return Ok(Described { description, notes: Vec::new() });
     }
     if !Model::is_model(&content.bytes) {
-        return representation(&content, options)?.describe(&content, options);
+        let representation = representation(&content, options)?;
+        let mut described = representation.describe(&content, options)?;
+        described.notes.splice(0..0, unused(options, representation.kinds()));
+        return Ok(described);
     }
     let model = Model::from_bytes(&content.bytes)
         .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;

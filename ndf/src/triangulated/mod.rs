@@ -7,7 +7,7 @@ mod distances;
 
 use std::path::Path;
 
-use ndf_core::Progress;
+use ndf_core::{DVec3, Progress};
 use ndf_intrinsic::{ExtractionError, IntrinsicMesh};
 use ndf_mesh::io::VertexScalars;
 use ndf_mesh::repair::{self, Irreparable, Origins, Parts, RepairNote, RepairOptions, Repaired, Usable};
@@ -18,6 +18,7 @@ use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, SpectralError};
 use crate::analysis::mode_scalars;
 use crate::files::{NoMesh, NoModel, begins_as_model, read_mesh, read_model};
 use crate::left_out::{LeftOut, check_left_out};
+use crate::range::{OutOfRange, check_range};
 use crate::{EdgeLength, ModelExt, Note};
 
 pub use distances::{
@@ -84,6 +85,14 @@ pub enum NoTriangulation {
         /// Why.
         source: ExtractionError,
     },
+    /// Its lengths cannot be computed.
+    #[error("{name}: {source}")]
+    Range {
+        /// The file.
+        name: String,
+        /// How large it is.
+        source: OutOfRange,
+    },
     /// Too much of the mesh would be left out.
     #[error("{name}: {source}")]
     LeftOut {
@@ -114,6 +123,9 @@ impl Triangulated {
             return found.map_err(|source| NoTriangulation::Extraction { name: name(), source });
         }
         let file = read_mesh(path)?;
+        let corners = |f: &[u32; 3]| f.map(|v| file.mesh.positions()[v as usize]);
+        let used: Vec<DVec3> = file.mesh.faces().iter().flat_map(corners).filter(|p| p.is_finite()).collect();
+        check_range(&used).map_err(|source| NoTriangulation::Range { name: name(), source })?;
         let mut notes: Vec<Note> = file.notes.into_iter().map(Note::from).collect();
         notes.extend(edge_length.map(|_| Note::EdgeLengthUnused));
         let mut found = Self::from_mesh(file.mesh, options)

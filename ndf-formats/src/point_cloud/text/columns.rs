@@ -1,6 +1,7 @@
 //! Which columns are places and normals.
 //!
-//! Names decide where there are some. Where there are none, the first three columns are the place, and three further ones
+//! Names decide where there are some. Where there are none, the first three columns are the place (those after it, if the
+//! first is the number of the row), and three further ones
 //! are a normal only if they look like one: of length 1, or all of one length, or of any length if they point to both sides
 //! along two axes at least. Colours and other numbers that are never negative do not.
 
@@ -131,8 +132,7 @@ pub(super) fn named_in(text: &str, dialect: &Dialect) -> Result<Option<Columns>,
         // Commas part names even where numbers have them for decimals.
         let parts = if dialect.fields(named).len() > 1 { *dialect } else { Dialect::default() };
         let fields = parts.fields(named);
-        let numbers = fields.iter().filter(|field| dialect.number(field).is_some()).count();
-        if is_comment || (numbers == 0 && headings < HEADINGS) {
+        if is_comment || (headings < HEADINGS && dialect.is_heading(&fields)) {
             headings += usize::from(!is_comment);
             let names: Vec<String> = fields.iter().map(|name| plain(name)).collect();
             match Columns::of(&names) {
@@ -203,6 +203,20 @@ impl Meaning {
             _ => Self::Unknown,
         }
     }
+}
+
+/// Fewest rows whose first column is told to be their number.
+const COUNTED: usize = 10;
+
+/// Whether the first of four columns or more is the number of the row, from 0 or 1: no surface has its points one step
+/// after another.
+pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
+    let first = values.first().copied().unwrap_or(f64::NAN);
+    let rows = || values.chunks(columns);
+    columns > 3
+        && rows().len() >= COUNTED
+        && (first == 0.0 || first == 1.0)
+        && rows().enumerate().all(|(i, row)| row[0] == first + i as f64)
 }
 
 /// What was found about normals.

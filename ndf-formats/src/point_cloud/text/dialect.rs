@@ -5,21 +5,28 @@ const SAMPLED: usize = 100;
 
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Dialect {
-    /// A comma stands before decimals; otherwise it parts numbers.
-    decimal_comma: bool,
+pub(super) enum Dialect {
+    /// `1234.5`; commas part numbers.
+    #[default]
+    Plain,
+    /// `1234,5` or `1.234,5`: a comma stands before decimals, points may group digits by three.
+    DecimalComma,
+    /// `1,234.5`: commas group digits by three, and blanks, tabs or semicolons part numbers.
+    GroupedByCommas,
 }
 
 impl Dialect {
-    /// A comma is one of decimals where every row has three fields or more, parted by blanks, tabs or semicolons, that are
-    /// whole numbers or hold one comma between digits.
+    /// Commas part numbers, unless every row has three fields or more, parted by blanks, tabs or semicolons, that are
+    /// numbers with decimal commas, or numbers with commas between groups of three digits before a decimal point.
     pub(super) fn of(text: &str) -> Self {
-        let without = Self { decimal_comma: true };
-        let mut has_comma = false;
+        let mut is_possible = [true; 2];
+        let mut is_seen = [false; 2];
         let mut sampled = 0;
         for (_, row) in rows(text) {
             // Titles and names.
-            if sampled == 0 && !row.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) {
+            if sampled == 0
+                && !row.starts_with(|c: char| c.is_ascii_digit() || "+-.,\"'".contains(c) || !c.is_ascii())
+            {
                 continue;
             }
             let fields: Vec<&str> = row.split(is_separator).filter(|field| !field.is_empty()).collect();
@@ -27,49 +34,54 @@ impl Dialect {
             if fields.len() == 1 && fields[0].parse::<u64>().is_ok() {
                 continue;
             }
-            let fits = |field: &&str| {
-                let is_whole = field.parse::<i64>().is_ok();
-                is_whole || (field.contains(',') && without.number(field).is_some())
-            };
-            if fields.len() < 3 || !fields.iter().all(fits) {
-                return Self::default();
+            for (i, dialect) in [Self::DecimalComma, Self::GroupedByCommas].into_iter().enumerate() {
+                let fits = |field: &&str| is_unmeasured(field) || dialect.number(field).is_some();
+                is_possible[i] &= fields.len() >= 3 && fields.iter().all(fits);
             }
-            has_comma |= fields.iter().any(|field| field.contains(','));
+            is_seen[0] |= fields.iter().any(|field| field.contains(','));
+            is_seen[1] |= fields.iter().any(|field| field.contains(',') && field.contains('.'));
             sampled += 1;
-            if sampled == SAMPLED {
+            if sampled == SAMPLED || is_possible == [false; 2] {
                 break;
             }
         }
-        Self { decimal_comma: has_comma }
+        match [is_possible[0] && is_seen[0], is_possible[1] && is_seen[1]] {
+            [true, _] => Self::DecimalComma,
+            [false, true] => Self::GroupedByCommas,
+            [false, false] => Self::Plain,
+        }
     }
 
     /// A number, in quotes perhaps; `None` if it is none.
     pub(super) fn number(self, word: &str) -> Option<f64> {
-        let word = word.trim_matches(['"', '\'']);
-        if !self.decimal_comma {
-            return word.parse().ok();
+        let word = unquoted(word);
+        match self {
+            Self::Plain => word.parse().ok(),
+            Self::DecimalComma => ungrouped(word, '.', ',')?.parse().ok(),
+            Self::GroupedByCommas => ungrouped(word, ',', '.')?.parse().ok(),
         }
-        match word.split_once(',') {
-            Some((_, decimals)) if !decimals.starts_with(|c: char| c.is_ascii_digit()) => None,
-            Some(_) if word.contains('.') => None,
-            _ => word.replacen(',', ".", 1).parse().ok(),
-        }
+    }
+
+    /// Whether a line is a title or names columns: no point has so few numbers, and a number that is missing is written
+    /// in another way.
+    pub(super) fn is_heading(self, fields: &[&str]) -> bool {
+        let numbers =
+            fields.iter().filter(|field| is_unmeasured(field) || self.number(field).is_some()).count();
+        numbers < 3 && 2 * numbers <= fields.len()
     }
 
     /// The numbers of a row; `None` if it holds anything else.
     pub(super) fn numbers(self, row: &str) -> Option<Vec<f64>> {
-        let parts = |c: char| is_separator(c) || (c == ',' && !self.decimal_comma);
+        let parts = |c: char| is_separator(c) || (c == ',' && self == Self::Plain);
         let words = row.split(parts).filter(|word| !word.is_empty());
         words.map(|word| self.number(word)).collect()
     }
 
     /// The fields of a row by their places: empty ones count where something other than blanks parts them.
     pub(super) fn fields(self, row: &str) -> Vec<&str> {
-        let firm = [';', ',', '\t'].into_iter().filter(|&c| c != ',' || !self.decimal_comma);
+        let firm = [';', ',', '\t'].into_iter().filter(|&c| c != ',' || self == Self::Plain);
         match firm.into_iter().find(|&c| row.contains(c)) {
-            Some(separator) => {
-                row.split(separator).map(|field| field.trim().trim_matches(['"', '\''])).collect()
-            }
+            Some(separator) => row.split(separator).map(|field| unquoted(field.trim())).collect(),
             None => row.split_whitespace().collect(),
         }
     }
@@ -79,15 +91,56 @@ fn is_separator(c: char) -> bool {
     c.is_whitespace() || c == ';'
 }
 
+/// A word without the quotes around it.
+fn unquoted(word: &str) -> &str {
+    let inside = |quote: char| word.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote));
+    inside('"').or_else(|| inside('\'')).unwrap_or(word)
+}
+
+/// A number without the marks that group its digits by three, with a point before its decimals; `None` if the marks
+/// stand anywhere else.
+fn ungrouped(word: &str, group: char, decimal: char) -> Option<String> {
+    let (whole, decimals) = word.split_once(decimal).map_or((word, None), |(w, d)| (w, Some(d)));
+    let mut groups = whole.split(group);
+    let first = groups.next().unwrap_or_default();
+    let mut number = first.to_owned();
+    let is_digits = |text: &str| text.chars().all(|c| c.is_ascii_digit());
+    for (i, digits) in groups.enumerate() {
+        let leads = first.trim_start_matches(['+', '-']);
+        let is_group = digits.len() == 3 && is_digits(digits);
+        if !is_group || (i == 0 && !(1..=3).contains(&leads.len())) || !is_digits(leads) {
+            return None;
+        }
+        number.push_str(digits);
+    }
+    if let Some(decimals) = decimals {
+        // Not a comma at the end of a word, which parts numbers.
+        if decimals.is_empty() && decimal == ',' || decimals.contains([group, decimal]) {
+            return None;
+        }
+        number.push('.');
+        number.push_str(decimals);
+    }
+    Some(number)
+}
+
+/// Whether a field says that nothing was measured.
+pub(super) fn is_unmeasured(field: &str) -> bool {
+    ["na", "n/a", "nan", "null", "none"].iter().any(|word| field.eq_ignore_ascii_case(word))
+}
+
 /// Lines that say something, with their numbers from 1.
 pub(super) fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
     lines(text).filter(|(_, line)| !line.is_empty() && comment(line).is_none())
 }
 
-/// All lines, with their numbers from 1.
+/// All lines, with their numbers from 1, ended by LF, CR LF or CR.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
-    text.split(end).enumerate().map(|(i, line)| (i + 1, line.trim()))
+    let whole = |line: &'_ str| line.strip_suffix('\r').map_or(line.len(), str::len);
+    text.split('\n')
+        .flat_map(move |line| line[..whole(line)].split('\r'))
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()))
 }
 
 /// What a comment says; `None` if a line is none.

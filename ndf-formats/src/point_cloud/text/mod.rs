@@ -13,6 +13,7 @@ mod tests;
 use std::path::Path;
 
 use ndf_core::DVec3;
+use ndf_mesh::io::beginning_to_sniff;
 
 use super::{CloudFormat, FileDefect, Parsed, RawCloud};
 use columns::Columns;
@@ -20,15 +21,12 @@ use dialect::Dialect;
 
 pub use columns::UnknownColumns;
 
-/// How much of a file is looked at to recognise it.
-const SNIFFED: usize = 4096;
-
 /// Lines at the beginning that may be something else: a title, names of columns.
 const HEADINGS: usize = 2;
 
 /// The format of a text of points: lines of three numbers or more, perhaps after headings, a count or comments.
 pub(super) fn recognises(bytes: &[u8]) -> Option<CloudFormat> {
-    let beginning = &bytes[..bytes.len().min(SNIFFED)];
+    let beginning = beginning_to_sniff(bytes);
     if beginning.contains(&0) {
         return None;
     }
@@ -106,17 +104,16 @@ fn read_columns(text: &str, dialect: &Dialect, columns: &Columns) -> Parsed {
                     let problem = format!("column {} holds {word} instead of a number", place + 1).into();
                     FileDefect::Syntax { line, problem }
                 };
-                // What was not measured is left empty.
+                let is_empty = word.is_empty() || dialect::is_unmeasured(word);
                 vector[axis] =
-                    if word.is_empty() { f64::NAN } else { dialect.number(word).ok_or_else(no_number)? };
+                    if is_empty { f64::NAN } else { dialect.number(word).ok_or_else(no_number)? };
             }
             Ok(vector)
         };
-        let point = match vector(columns.position) {
-            Err(_) if rows == 0 && position < HEADINGS => continue,
-            point => point?,
-        };
-        cloud.positions.push(point);
+        if rows == 0 && position < HEADINGS && dialect.is_heading(&fields) {
+            continue;
+        }
+        cloud.positions.push(vector(columns.position)?);
         if let Some(places) = columns.normal {
             normals.push(vector(places)?);
         }
@@ -146,7 +143,7 @@ fn read_numbers(text: &str, dialect: &Dialect, path: &Path) -> Parsed {
                 let before = values.len() / columns.max(1);
                 scans.push(Scan { announced: numbers[0], line, before });
             }
-            _ if columns == 0 && position < HEADINGS => {}
+            _ if columns == 0 && position < HEADINGS && dialect.is_heading(&dialect.fields(row)) => {}
             Some(numbers) if columns > 0 => {
                 let found = numbers.len();
                 return Err(wrong(format!("it has {found} numbers, but the lines before have {columns}")));
@@ -162,6 +159,11 @@ fn read_numbers(text: &str, dialect: &Dialect, path: &Path) -> Parsed {
         return Err(FileDefect::missing("it has no line of three numbers"));
     }
     let rows = values.len() / columns;
+    let numbered = columns::is_numbered(&values, columns);
+    if numbered {
+        values = values.chunks(columns).flat_map(|row| &row[1..]).copied().collect();
+        columns -= 1;
+    }
     let vector = |row: usize, first: usize| DVec3::from_slice(&values[row * columns + first..][..3]);
     let vectors = |rows: std::ops::Range<usize>, first: usize| rows.map(|i| vector(i, first)).collect();
     // The original PWN: all places, then all normals.
@@ -180,6 +182,7 @@ fn read_numbers(text: &str, dialect: &Dialect, path: &Path) -> Parsed {
         positions: vectors(0..rows, 0),
         normals,
         unclear_columns: found.is_unclear,
+        numbered,
         ..RawCloud::default()
     })
 }

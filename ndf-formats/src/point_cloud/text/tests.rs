@@ -68,6 +68,88 @@ fn decimal_commas_are_decimal() {
     assert_eq!(whole.cloud.positions()[1], DVec3::new(4.0, 5.0, 6.0));
 }
 
+/// A number with marks between groups of three digits.
+fn grouped(x: f64, group: char, decimal: char) -> String {
+    let text = format!("{:.6}", x.abs());
+    let (whole, decimals) = text.split_once('.').unwrap();
+    let digits: Vec<char> = whole.chars().collect();
+    let groups: Vec<String> = digits.rchunks(3).rev().map(|group| group.iter().collect()).collect();
+    let sign = if x < 0.0 { "-" } else { "" };
+    format!("{sign}{}{decimal}{decimals}", groups.join(&group.to_string()))
+}
+
+#[test]
+fn groups_of_digits_are_one_number() {
+    let far = DVec3::new(-5_412_000.0, 390_000.0, 1_000.0);
+    for (group, decimal) in [('.', ','), (',', '.')] {
+        for (before, separator) in [("", " "), ("", ";"), ("x\ty\tz\n", "\t"), ("60\n", " ")] {
+            let row = |p: DVec3| (p + far).to_array().map(|x| grouped(x, group, decimal)).join(separator);
+            let file = read_as("a.txt", &text(before, |_, p, _| row(p)), None).unwrap();
+            for (a, [b, _]) in file.cloud.positions().iter().zip(points(60)) {
+                assert!(a.distance(b + far) < 2e-5, "{a} instead of {}: {before}{separator}", b + far);
+            }
+        }
+    }
+    // Groups of any other length are no numbers.
+    for rows in ["1.2345,5 2,0 3,0\n", "12.34,5 2,0 3,0\n", "1.234.5 2,0 3,0\n"] {
+        assert!(read_as("a.txt", &rows.repeat(20), None).is_err(), "{rows}");
+    }
+    // Nor are halves of what stands in quotes.
+    let quoted = text("", |_, p, _| format!("\"{}\"", vector(p, "\",\"").replace('.', ",")));
+    assert!(read_as("a.csv", &quoted, None).is_err());
+}
+
+#[test]
+fn no_row_is_taken_for_a_heading() {
+    let rows = text("", |_, p, _| vector(p, ","));
+    // What was not measured is left out, and counted.
+    let lacking = check("a.csv", &format!("x,y,z\nNA,1,2\n,1,2\nNA,NA,2\n{rows}"), None, false);
+    assert_eq!(lacking.report.not_finite, 3);
+    for (beginning, line) in [
+        ("x,y,z\n1,2,abc\n", 2),
+        ("x,y,z\n1,2\n", 2),
+        ("1,2,abc\n", 1),
+        ("a title\n1,2,abc\n", 2),
+        ("1,2\n", 1),
+    ] {
+        let error = read_as("a.csv", &format!("{beginning}{rows}"), None).unwrap_err();
+        assert!(error.contains(&format!("line {line}: ")), "{beginning}: {error}");
+    }
+    for heading in ["scan 3 of a bunny\n", "Scan 3\nx,y,z\n", "x,y,z\n[m],[m],[m]\n", "3 scans of bunnies\n"]
+    {
+        check("a.csv", &format!("{heading}{rows}"), None, false);
+    }
+    let turned = text("Scan 3\nz,y,x\n", |_, p, _| format!("{},{},{}", p.z, p.y, p.x));
+    check("a.csv", &turned, None, false);
+}
+
+#[test]
+fn long_comments_and_any_end_of_line_are_passed_over() {
+    let rows = text("", |_, p, _| vector(p, " "));
+    let comments = "# said before the first row\n\n".repeat(1000);
+    check("a.txt", &format!("{comments}{rows}"), None, false);
+    for ends in [["\r", "\n"], ["\r\n", "\r"], ["\n", "\r\n"]] {
+        let mixed: String = rows.lines().enumerate().map(|(i, row)| row.to_owned() + ends[i % 2]).collect();
+        check("a.txt", &mixed, None, false);
+    }
+    let error = read_as("a.txt", "1 2 3\r4 5 6\r\n7 8 9\nabc\r", None).unwrap_err();
+    assert!(error.contains("line 4: "), "{error}");
+}
+
+#[test]
+fn numbers_of_rows_are_no_places() {
+    for first in [0, 1] {
+        let rows = text("", |i, p, n| format!("{},{},{}", i + first, vector(p, ","), vector(n, ",")));
+        assert!(check("a.csv", &rows, None, true).report.numbered);
+        let rows = text("", |i, p, _| format!("{} {}", i + first, vector(p, " ")));
+        assert!(check("a.txt", &rows, None, false).report.numbered);
+    }
+    let rows = text("", |i, p, _| format!("{} {} {}", p.x, p.y, i));
+    assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
+    let rows = text("", |i, p, _| format!("{} {}", 2 * i, vector(p, " ")));
+    assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
+}
+
 #[test]
 fn names_decide_what_columns_are() {
     let colmap = "# 3D point list with one line of data per point:\n#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n";
@@ -121,7 +203,7 @@ fn the_caller_names_columns() {
     check("a.txt", &words, Some("name,x,y,z"), false);
     assert!(read_as("a.txt", &turned, Some("x,y")).unwrap_err().contains("do not say which are x, y and z"));
     let beyond = read_as("a.txt", "1 2 3\n4 5 6\n7 8 9\n", Some("a,b,c,x,y,z")).unwrap_err();
-    assert!(beyond.contains("line 3: it has 3 columns, but column 4 is needed"), "{beyond}");
+    assert!(beyond.contains("line 1: it has 3 columns, but column 4 is needed"), "{beyond}");
     let short = read_as("a.txt", "0 1 2 3\n0 4 5 6\n0 7 8\n", Some("a,x,y,z")).unwrap_err();
     assert!(short.contains("line 3: it has 3 columns, but column 4 is needed"), "{short}");
 }
@@ -158,7 +240,7 @@ fn colours_and_other_numbers_are_no_normals() {
     let one_sided =
         text("", |i, p, _| format!("{} {:.4} 0.5 {:.4}", vector(p, " "), unit(i) - 0.5, unit(i + 5)));
     let file = check("a.xyz", &one_sided, None, false);
-    assert!(file.report.unclear_columns && file.report.sentences()[0].contains("--columns"));
+    assert!(file.report.unclear_columns);
     check("a.pwn", &flow, None, true);
     let red = text("", |_, p, _| vector(p, " ") + " 1 0 0");
     check("a.xyzrgb", &red, None, false);

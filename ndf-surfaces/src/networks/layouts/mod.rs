@@ -189,7 +189,7 @@ pub(super) fn told_by_modules(file: &TensorFile) -> Option<Activation> {
             "ReLU" => Activation::Relu,
             "LeakyReLU" | "Softplus" if module.numbers.is_empty() => continue,
             "LeakyReLU" => Activation::LeakyRelu { slope: number(&["negative_slope"])? },
-            "ELU" => Activation::Elu,
+            "ELU" => Activation::Elu { alpha: number(&["alpha"]).unwrap_or(1.0) },
             "Softplus" => Activation::Softplus { beta: number(&["beta"])? },
             "SiLU" => Activation::Silu,
             "GELU" => Activation::Gelu,

@@ -40,7 +40,7 @@ fn operations(part: &Part<'_>, state: &State<'_>) -> Result<Recognised, LayoutEr
                 connect(part, &mut graph, part.kernel_layer(&kernel, &bias)?, h)?
             }
             "relu" => graph.map(Activation::Relu, h),
-            "elu" => graph.map(Activation::Elu, h),
+            "elu" => graph.map(Activation::Elu { alpha: 1.0 }, h),
             "sin" => graph.map(Activation::Sine { frequency: 1.0 }, h),
             "cos" => graph.map(Activation::Cosine, h),
             "tanh" => graph.map(Activation::Tanh, h),
