@@ -32,13 +32,26 @@ impl SelfIntersections {
     /// Faces are joined where they have corners at the same place, whatever the numbers of those. Two faces that are
     /// joined along a side intersect if one is folded onto the other, two that are joined at a corner if they have a
     /// further point in common, and others if they have any. Faces without area take no part, nor do those with a
-    /// coordinate that is not finite; coordinates beyond 1e75 are out of reach.
+    /// coordinate that is not finite. Very large and very small meshes are scaled by a power of two.
     ///
     /// O(n log n + pairs of faces whose boxes meet), on all threads.
     ///
     /// # Errors
     /// [`Cancelled`], if the observer asks to stop.
     pub fn of(mesh: &TriangleMesh, progress: &dyn Progress) -> Result<Self, Cancelled> {
+        let scaled;
+        let farthest = mesh
+            .positions()
+            .iter()
+            .filter(|p| p.is_finite())
+            .fold(0.0_f64, |far, p| far.max(p.abs().max_element()));
+        let mesh = if farthest == 0.0 || USUAL.contains(&farthest) {
+            mesh
+        } else {
+            let factor = (-farthest.log2().floor()).exp2();
+            scaled = mesh.map_positions(|p| factor * p);
+            &scaled
+        };
         let boxes: Vec<BoundingBox> = mesh.face_indices().map(|f| usable_box(mesh, f)).collect();
         let hierarchy = Hierarchy::new(&boxes, LEAF);
         let search = Search { mesh, boxes: &boxes, hierarchy: &hierarchy };
@@ -68,6 +81,8 @@ impl SelfIntersections {
     }
 }
 
+/// Sizes of which products of four neither overflow nor vanish.
+const USUAL: std::ops::Range<f64> = 1e-60..1e60;
 /// Faces in a leaf of the hierarchy.
 const LEAF: usize = 4;
 /// Faces between two looks at the observer.
@@ -293,6 +308,9 @@ mod tests {
         let expected = by_all_pairs(&both);
         assert_eq!(found.pairs, expected);
         assert!(found.faces > 60 && found.first.is_some_and(|[a, b]| a.index() < 1280 && b.index() >= 1280));
+        for scale in [-900, -500, 300, 1020_i32].map(|exponent| f64::from(exponent).exp2()) {
+            assert_eq!(count(&both.map_positions(|p| scale * p)).pairs, expected, "{scale}");
+        }
         let apart = sphere.map_positions(|p| p + DVec3::new(2.1, 0.0, 0.0));
         assert_eq!(count(&union(&sphere, &apart)).pairs, 0);
     }

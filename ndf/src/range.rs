@@ -22,5 +22,7 @@ pub(crate) fn check_range(points: &[DVec3]) -> Result<(), OutOfRange> {
     let bounds = BoundingBox::of_points(points);
     let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let extent = (bounds.extent() / farthest.max(f64::MIN_POSITIVE)).length() * farthest;
-    if farthest > LIMIT || extent < LIMIT.recip() { Err(OutOfRange { extent, farthest }) } else { Ok(()) }
+    // Points all in one place are told of elsewhere: nothing is to be scaled there.
+    let is_tiny = extent > 0.0 && extent < LIMIT.recip();
+    if farthest > LIMIT || is_tiny { Err(OutOfRange { extent, farthest }) } else { Ok(()) }
 }
