@@ -5,8 +5,15 @@ use std::io::{self, Write};
 use std::path::Path;
 
 pub use ndf::text::{grouped, printable, readable};
+use ndf_mesh::SelfIntersections;
 use ndf_mesh::io::{check_folder, format_to_write};
 use serde_json::{Map, Value};
+
+/// How often a mesh passes through itself: counting ends where there are enough.
+pub fn passes(pairs: u64) -> String {
+    let at_least = if pairs < SelfIntersections::ENOUGH { "" } else { "at least " };
+    format!("{at_least}{}", grouped(pairs as usize))
+}
 
 /// The result of a command, as an object and as a summary for readers.
 #[derive(Clone, Debug, Default)]

@@ -18,15 +18,23 @@ use crate::{Face, TriangleMesh};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SelfIntersections {
-    /// Pairs of faces that intersect.
+    /// Pairs of faces that intersect; counting ends soon after [`ENOUGH`](Self::ENOUGH).
     pub pairs: u64,
-    /// Faces that intersect at least one other.
+    /// Faces that intersect at least one other, of the pairs that were counted.
     pub faces: usize,
     /// The first face that intersects another, and the first it intersects of those after it.
     pub first: Option<[Face; 2]>,
 }
 
 impl SelfIntersections {
+    /// Pairs after which counting ends: a surface folded onto itself many times has as many as the square of its faces.
+    pub const ENOUGH: u64 = 1_000_000;
+
+    /// Whether all pairs were counted.
+    pub fn is_complete(&self) -> bool {
+        self.pairs < Self::ENOUGH
+    }
+
     /// Counts the pairs of faces that intersect.
     ///
     /// Faces are joined where they have corners at the same place, whatever the numbers of those. Two faces that are
@@ -75,6 +83,9 @@ impl SelfIntersections {
                 .collect();
             all.pairs += found.iter().map(|(count, _)| count).sum::<u64>();
             all.first = all.first.or_else(|| found.iter().find_map(|(_, first)| *first));
+            if !all.is_complete() {
+                break;
+            }
         }
         progress.report("self-intersections", 1.0);
         Ok(Self { faces: is_in_pair.iter().filter(|is| is.load(Relaxed)).count(), ..all })
@@ -85,8 +96,8 @@ impl SelfIntersections {
 const USUAL: std::ops::Range<f64> = 1e-60..1e60;
 /// Faces in a leaf of the hierarchy.
 const LEAF: usize = 4;
-/// Faces between two looks at the observer.
-const BETWEEN_CHECKS: usize = 1 << 16;
+/// Faces between two looks at the observer and at the count.
+const BETWEEN_CHECKS: usize = 1 << 10;
 
 /// The box of a face; empty for one that takes no part.
 fn usable_box(mesh: &TriangleMesh, face: Face) -> BoundingBox {
@@ -313,6 +324,19 @@ mod tests {
         }
         let apart = sphere.map_positions(|p| p + DVec3::new(2.1, 0.0, 0.0));
         assert_eq!(count(&union(&sphere, &apart)).pairs, 0);
+    }
+
+    #[test]
+    fn counting_ends_where_there_are_enough() {
+        // Every triangle stabs every other.
+        let turned = |i: u32| {
+            let (s, c) = (0.002 * f64::from(i)).sin_cos();
+            [DVec3::new(c, s, 0.0), DVec3::new(-c, -s, 0.1), DVec3::new(-c, -s, -0.1)]
+        };
+        let positions = (0..1500).flat_map(turned).collect();
+        let faces = (0..1500).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let found = count(&TriangleMesh::new(positions, faces).unwrap());
+        assert!(!found.is_complete() && found.pairs < 1500 * 1499 / 2);
     }
 
     fn by_all_pairs(mesh: &TriangleMesh) -> u64 {

@@ -207,7 +207,7 @@ pub struct ExtractionFigures {
     pub manifold: bool,
     /// Whether neighbouring faces are oriented alike.
     pub oriented: bool,
-    /// Pairs of faces in which the mesh passes through itself.
+    /// Pairs of faces in which the mesh passes through itself; counting ends at [`SelfIntersections::ENOUGH`].
     pub self_intersections: u64,
     /// Whether all inner edges are Delaunay in the intrinsic metric.
     pub delaunay_intrinsic: bool,

@@ -11,7 +11,7 @@ use ndf_mesh::io::format_to_write;
 use crate::arguments::EdgeLength;
 use crate::context::Context;
 use crate::files::read_model;
-use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, passes, readable, table};
 
 /// Arguments of `ndf extract`.
 #[derive(Args, Debug)]
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             "smallest angles",
             format!("{:.1}° at least, {:.1}° for all but 5 % of the faces", angle.min, angle.p5),
         ),
-        ("self-intersections", grouped(figures.self_intersections as usize)),
+        ("self-intersections", passes(figures.self_intersections)),
         ("Delaunay edges", format!("{:.2} %", 100.0 * figures.delaunay_embedded_fraction)),
         ("time", format!("{seconds:.3} s")),
     ];

@@ -13,7 +13,7 @@ use ndf_mesh::ValidationReport;
 use crate::arguments::Reading;
 use crate::context::Context;
 use crate::files::not_opened;
-use crate::output::{Failure, Outcome, grouped, readable, table};
+use crate::output::{Failure, Outcome, grouped, passes, readable, table};
 
 /// Arguments of `ndf info`.
 #[derive(Args, Debug)]
@@ -50,7 +50,7 @@ fn of_mesh(mesh: &MeshDescription) -> String {
     if report.faces > 0 {
         rows.push(("components", grouped(report.components)));
         rows.push(("topology", topology(report)));
-        rows.push(("self-intersections", grouped(mesh.self_intersections as usize)));
+        rows.push(("self-intersections", passes(mesh.self_intersections)));
         rows.push(("area", readable(mesh.area)));
         if let Some(delaunay) = &mesh.delaunay {
             rows.push(("intrinsic Delaunay", flips(delaunay)));

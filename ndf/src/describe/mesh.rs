@@ -32,7 +32,7 @@ pub struct MeshDescription {
     pub bounds: Option<Corners>,
     /// Its diagonal.
     pub diagonal: f64,
-    /// Pairs of faces in which the mesh passes through itself.
+    /// Pairs of faces in which the mesh passes through itself; counting ends at [`SelfIntersections::ENOUGH`].
     pub self_intersections: u64,
     /// How far the triangles are from intrinsic Delaunay; `None` unless the mesh is an oriented manifold.
     #[serde(flatten, serialize_with = "delaunay")]
