@@ -56,7 +56,7 @@ impl SelfIntersections {
         let mesh = if farthest == 0.0 || USUAL.contains(&farthest) {
             mesh
         } else {
-            let factor = (-farthest.log2().floor()).exp2();
+            let factor = (-farthest.log2().floor()).clamp(-1023.0, 1023.0).exp2();
             scaled = mesh.map_positions(|p| factor * p);
             &scaled
         };

@@ -110,9 +110,9 @@ pub enum Note {
         /// How far.
         distance: f64,
     },
-    /// Some of the mesh is inside of the solid that it bounds, and not learned.
+    /// Some of the mesh is inside of the solid that it bounds, and left out.
     WallsInside {
-        /// The share of the area that is.
+        /// The share of the area that is, and is farther than a twentieth of the diagonal from what is kept.
         share: f64,
     },
     /// The inner sides of a density that is high on a surface were left out of the base mesh.
@@ -299,7 +299,7 @@ impl fmt::Display for Note {
             ),
             Self::WallsInside { share } => write!(
                 f,
-                "{:.1} % of its area is inside of the solid that it bounds, and not learned",
+                "at least {:.1} % of its area is inside of the solid that it bounds, and left out",
                 100.0 * share
             ),
             Self::InnerWallsLeftOut { walls } => {

@@ -197,8 +197,12 @@ fn write_paths(
 ) -> Result<String, Failure> {
     let corners = |path: &SurfacePath| path.points.iter().map(|p| p.position(mesh)).collect();
     let polylines: Vec<Vec<DVec3>> = paths.iter().flatten().map(corners).collect();
-    context.write_lines(place, &Lines::from_polylines(polylines.iter().map(Vec::as_slice)))?;
     let output = arguments.output.display();
+    let mut found = format!("the distances are in {output}");
+    if !polylines.is_empty() {
+        context.write_lines(place, &Lines::from_polylines(polylines.iter().map(Vec::as_slice)))?;
+        found += &format!(", the other paths in {}", place.display());
+    }
     for (path, DVec3 { x, y, z }) in paths.iter().zip(&arguments.path_to) {
         let failure = match path {
             Ok(_) => continue,
@@ -208,7 +212,7 @@ fn write_paths(
             )),
             Err(error) => Failure::new(format!("{}: {error}", arguments.triangulation.input.display())),
         };
-        return Err(failure.try_instead(&format!("the distances are in {output}")));
+        return Err(failure.try_instead(&found));
     }
     let lengths: Vec<String> = paths.iter().flatten().map(|path| readable(path.length)).collect();
     Ok(format!("{}: {} long", place.display(), lengths.join(", ")))

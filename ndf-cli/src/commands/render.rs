@@ -1,6 +1,6 @@
 //! `ndf render`: a picture of a mesh, or of what stands for it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -91,7 +91,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             )));
         }
     };
-    check_output(&arguments.output, &[&arguments.input])?;
+    let inputs: Vec<&Path> = arguments.paths.iter().chain([&arguments.input]).map(PathBuf::as_path).collect();
+    check_output(&arguments.output, &inputs)?;
     context.expect(&["orienting", "marching cubes", "extraction", "drawing"]);
     let lines = arguments.paths.iter().map(read_lines).collect::<Result<Vec<Lines>, _>>()?;
     let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;

@@ -22,7 +22,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
         serde_json::from_slice(json).map_err(|e| FileDefect::undecodable(format!("its JSON: {e}")))?;
     let file = File { root: &root, buffer };
     let mut splats = Vec::new();
-    for (mesh, place) in placed_meshes(&root)? {
+    for (mesh, affine) in placed_meshes(&root)? {
         for primitive in list(&root["meshes"][mesh]["primitives"]) {
             let extension = &primitive["extensions"][EXTENSION];
             if extension.is_null() {
@@ -34,6 +34,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
                 )
                 .into());
             }
+            let place = Placement::new(affine)?;
             let attribute =
                 |name: &str, width: usize| file.numbers(&primitive["attributes"][name], name, width);
             let positions = attribute("POSITION", 3)?;
@@ -105,37 +106,40 @@ impl Placement {
     }
 }
 
-/// The meshes of the scene where its nodes have them; every mesh where it is, if no node has one.
-fn placed_meshes(root: &Value) -> Result<Vec<(usize, Placement)>, FileDefect> {
+/// The meshes of the scene where its nodes have them; every mesh where it is, if no node has one. O(nodes).
+fn placed_meshes(root: &Value) -> Result<Vec<(usize, DAffine3)>, FileDefect> {
     let nodes: Vec<&Value> = list(&root["nodes"]).collect();
     let index = |value: &Value| value.as_u64().map(|i| i as usize);
-    let mut parent = vec![None; nodes.len()];
-    for (i, node) in nodes.iter().enumerate() {
-        for child in list(&node["children"]).filter_map(index) {
-            *parent
-                .get_mut(child)
-                .ok_or_else(|| FileDefect::mismatch("a node has a child that is not there"))? = Some(i);
-        }
+    if nodes.iter().all(|node| node["mesh"].is_null()) {
+        return Ok((0..list(&root["meshes"]).count()).map(|mesh| (mesh, DAffine3::IDENTITY)).collect());
     }
+    let children = |node: &Value| list(&node["children"]).filter_map(index).collect::<Vec<usize>>();
+    let scene = list(&root["scenes"]).nth(index(&root["scene"]).unwrap_or(0));
+    let mut is_child = vec![false; nodes.len()];
+    nodes
+        .iter()
+        .flat_map(|node| children(node))
+        .filter(|&i| i < nodes.len())
+        .for_each(|i| is_child[i] = true);
+    let roots: Vec<usize> = match scene {
+        Some(scene) => list(&scene["nodes"]).filter_map(index).collect(),
+        None => (0..nodes.len()).filter(|&i| !is_child[i]).collect(),
+    };
+    let mut waiting: Vec<(usize, DAffine3)> =
+        roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)).collect();
+    let mut is_seen = vec![false; nodes.len()];
     let mut placed = Vec::new();
-    for (i, node) in nodes.iter().enumerate() {
-        let Some(mesh) = index(&node["mesh"]) else { continue };
-        let mut affine = local(node);
-        let mut above = parent[i];
-        // A node that is its own ancestor is no tree.
-        for _ in 0..nodes.len() {
-            let Some(j) = above else { break };
-            affine = local(nodes[j]) * affine;
-            above = parent[j];
+    while let Some((i, above)) = waiting.pop() {
+        let node = nodes.get(i).ok_or_else(|| FileDefect::mismatch("it names a node that is not there"))?;
+        if std::mem::replace(&mut is_seen[i], true) {
+            return Err(FileDefect::mismatch("a node is the child of two others, or of itself"));
         }
-        if above.is_some() {
-            return Err(FileDefect::mismatch("its nodes are children of themselves"));
-        }
-        placed.push((mesh, Placement::new(affine)?));
+        let affine = above * local(node);
+        placed.extend(index(&node["mesh"]).map(|mesh| (mesh, affine)));
+        waiting.extend(children(node).into_iter().rev().map(|child| (child, affine)));
     }
-    if placed.is_empty() {
-        let here = Placement { affine: DAffine3::IDENTITY, scale: 1.0, rotation: DQuat::IDENTITY };
-        placed = (0..list(&root["meshes"]).count()).map(|mesh| (mesh, here)).collect();
+    if scene.is_none() && is_seen.contains(&false) {
+        return Err(FileDefect::mismatch("a node is the child of itself"));
     }
     Ok(placed)
 }
@@ -148,6 +152,7 @@ fn local(node: &Value) -> DAffine3 {
     }
     let three = |key: &str, usual: DVec3| <[f64; 3]>::try_from(numbers(key)).map_or(usual, DVec3::from_array);
     let rotation = <[f64; 4]>::try_from(numbers("rotation")).map_or(DQuat::IDENTITY, DQuat::from_array);
+    let rotation = if rotation.length() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
     DAffine3::from_scale_rotation_translation(
         three("scale", DVec3::ONE),
         rotation,

@@ -103,7 +103,7 @@ pub enum SplatError {
     )]
     Unknown,
     /// The file ends early or contradicts itself.
-    #[error("the file is damaged: {0}")]
+    #[error("{}{0}", beginning(.0))]
     Damaged(#[from] FileDefect),
     /// The format is known, but its reader was left out of this build.
     #[error("{format} is not read by this build; build with the feature {feature} of ndf-formats")]
@@ -122,6 +122,11 @@ pub enum SplatError {
     /// The file has no splat.
     #[error("the file has no splats")]
     Empty,
+}
+
+/// What is not read need not be damaged.
+fn beginning(defect: &FileDefect) -> &'static str {
+    if matches!(defect, FileDefect::Unsupported(_)) { "" } else { "the file is damaged: " }
 }
 
 /// The format of a file, if it is one of splats.

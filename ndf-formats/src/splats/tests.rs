@@ -394,8 +394,12 @@ fn splats_of_glb_are_read() {
     let error = |nodes: &str| parse_splats(&glb(nodes)).unwrap_err().to_string();
     assert!(error(r#"{"mesh":0,"scale":[1,1,2]}"#).contains("stretches or mirrors"));
     assert!(error(r#"{"mesh":0,"scale":[1,1,-1]}"#).contains("stretches or mirrors"));
-    assert!(error(r#"{"mesh":0,"children":[1]},{"children":[0]}"#).contains("children of themselves"));
+    assert!(error(r#"{"mesh":0,"children":[1]},{"children":[0]}"#).contains("child of itself"));
     assert!(error(r#"{"mesh":0,"children":[7]}"#).contains("not there"));
+    assert!(error(r#"{"children":[1,1]},{"mesh":0}"#).contains("two others"));
+    // What is not in the scene is not shown, and other meshes may be of any shape.
+    let scene = r#"{"mesh":0},{"mesh":0,"translation":[9,0,0]},{"mesh":1,"scale":[1,2,3]}],"scenes":[{"nodes":[0,2]}"#;
+    assert_eq!(parse_splats(&glb(scene)).unwrap().1.len(), ball.len());
     let without = String::from_utf8_lossy(&bytes).replace("KHR_gaussian_splatting", "KHR_gaussian_splutting");
     assert!(
         matches!(crate::sniff(without.as_bytes()), Some(crate::Format::Foreign(what)) if what.contains("glTF"))

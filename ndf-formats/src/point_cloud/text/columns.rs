@@ -107,9 +107,38 @@ impl Columns {
         Self::of(&plain).ok_or_else(|| UnknownColumns { names: names.join(", ") })
     }
 
+    /// Behind one more column.
+    fn shifted(self) -> Self {
+        let by_one = |places: [usize; 3]| places.map(|place| place + 1);
+        Self { position: by_one(self.position), normal: self.normal.map(by_one) }
+    }
+
     fn last(&self) -> usize {
         self.position.into_iter().chain(self.normal.into_iter().flatten()).max().unwrap_or(0)
     }
+}
+
+/// Columns by the names in a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Named {
+    pub(super) columns: Columns,
+    /// The line.
+    pub(super) line: usize,
+}
+
+/// Whether rows have one field more than the heading, and begin with their names or numbers: so R and pandas write them.
+fn has_row_names(text: &str, heading: usize, dialect: &Dialect, names: usize) -> bool {
+    let rows: Vec<Vec<&str>> = super::dialect::rows(text)
+        .filter(|(line, _)| *line > heading)
+        .take(COUNTED)
+        .map(|(_, row)| dialect.fields(row))
+        .collect();
+    let firsts: Vec<Option<f64>> =
+        rows.iter().map(|row| row.first().and_then(|&word| dialect.number(word))).collect();
+    let is_counted = firsts.windows(2).all(|pair| matches!(pair, [Some(a), Some(b)] if b - a == 1.0));
+    rows.len() > 1
+        && rows.iter().all(|row| row.len() == names + 1)
+        && (is_counted || firsts.iter().all(Option::is_none))
 }
 
 /// A name in small letters, without its unit and what is neither letter nor digit.
@@ -122,11 +151,11 @@ fn plain(name: &str) -> String {
 ///
 /// # Errors
 /// If a heading names columns, and x, y and z are not among them.
-pub(super) fn named_in(text: &str, dialect: &Dialect) -> Result<Option<Columns>, UnknownColumns> {
+pub(super) fn named_in(text: &str, dialect: &Dialect) -> Result<Option<Named>, UnknownColumns> {
     let mut found = None;
     let mut heading: Option<(Vec<String>, &str)> = None;
     let mut headings = 0;
-    for (_, line) in lines(text).filter(|(_, line)| !line.is_empty()) {
+    for (number, line) in lines(text).filter(|(_, line)| !line.trim().is_empty()) {
         let named = comment(line).unwrap_or(line);
         let is_comment = comment(line).is_some();
         // Commas part names even where numbers have them for decimals.
@@ -136,7 +165,11 @@ pub(super) fn named_in(text: &str, dialect: &Dialect) -> Result<Option<Columns>,
             headings += usize::from(!is_comment);
             let names: Vec<String> = fields.iter().map(|name| plain(name)).collect();
             match Columns::of(&names) {
-                Some(columns) => found = Some((columns, names)),
+                Some(columns) => {
+                    let row_names = !is_comment && has_row_names(text, number, dialect, names.len());
+                    let columns = if row_names { columns.shifted() } else { columns };
+                    found = Some((Named { columns, line: number }, names));
+                }
                 None if !is_comment => heading = Some((names, line)),
                 None => {}
             }
@@ -149,11 +182,11 @@ pub(super) fn named_in(text: &str, dialect: &Dialect) -> Result<Option<Columns>,
         let count = fields.len();
         // A sentence may hold the words x, y and z as well.
         let fits = |columns: &Columns, names: &[String]| {
-            let is_whole = names.len() == count || columns.position[0] == 0 || names[0] == "point3did";
+            let is_whole = names.len() == count || columns.position[0] < 2 || names[0] == "point3did";
             is_whole && columns.last() < count
         };
-        if let Some((columns, _)) = found.as_ref().filter(|(columns, names)| fits(columns, names)) {
-            return Ok(Some(*columns));
+        if let Some((named, _)) = found.as_ref().filter(|(named, names)| fits(&named.columns, names)) {
+            return Ok(Some(*named));
         }
         if let Some((names, line)) = heading.filter(|(names, _)| names.len() == count && count >= 3)
             && names.iter().any(|name| OTHERS.contains(&name.as_str()))

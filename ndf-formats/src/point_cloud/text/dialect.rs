@@ -25,7 +25,9 @@ impl Dialect {
         for (_, row) in rows(text) {
             // Titles and names.
             if sampled == 0
-                && !row.starts_with(|c: char| c.is_ascii_digit() || "+-.,\"'".contains(c) || !c.is_ascii())
+                && !row
+                    .trim_start()
+                    .starts_with(|c: char| c.is_ascii_digit() || "+-.,\"'".contains(c) || !c.is_ascii())
             {
                 continue;
             }
@@ -39,7 +41,9 @@ impl Dialect {
                 is_possible[i] &= fields.len() >= 3 && fields.iter().all(fits);
             }
             is_seen[0] |= fields.iter().any(|field| field.contains(','));
-            is_seen[1] |= fields.iter().any(|field| field.contains(',') && field.contains('.'));
+            // A comma and a point, or two commas.
+            let marks = |field: &&str| field.contains(',') && field.matches([',', '.']).count() > 1;
+            is_seen[1] |= fields.iter().any(marks);
             sampled += 1;
             if sampled == SAMPLED || is_possible == [false; 2] {
                 break;
@@ -70,8 +74,21 @@ impl Dialect {
         numbers < 3 && 2 * numbers <= fields.len()
     }
 
+    /// Whether a field is a word that is no number, nor stands for one.
+    pub(super) fn says_nothing(self, field: &str) -> bool {
+        !field.is_empty() && !is_unmeasured(field) && self.number(field).is_none()
+    }
+
     /// The numbers of a row; `None` if it holds anything else.
     pub(super) fn numbers(self, row: &str) -> Option<Vec<f64>> {
+        // An empty field between others is a number that is missing; a separator at the end parts nothing.
+        let lacks = |separator: char| {
+            let mut fields = row.trim_end_matches(|c: char| is_separator(c) || c == ',').split(separator);
+            row.contains(separator) && fields.any(|field| field.trim().is_empty())
+        };
+        if lacks(';') || (self == Self::Plain && lacks(',')) {
+            return None;
+        }
         let parts = |c: char| is_separator(c) || (c == ',' && self == Self::Plain);
         let words = row.split(parts).filter(|word| !word.is_empty());
         words.map(|word| self.number(word)).collect()
@@ -80,15 +97,25 @@ impl Dialect {
     /// The fields of a row by their places: empty ones count where something other than blanks parts them.
     pub(super) fn fields(self, row: &str) -> Vec<&str> {
         let firm = [';', ',', '\t'].into_iter().filter(|&c| c != ',' || self == Self::Plain);
-        match firm.into_iter().find(|&c| row.contains(c)) {
-            Some(separator) => row.split(separator).map(|field| unquoted(field.trim())).collect(),
-            None => row.split_whitespace().collect(),
+        // A tab at an end parts an empty field only where tabs part the others.
+        match firm.into_iter().find(|&c| row.trim().contains(c)) {
+            Some(separator) => split(row, separator).map(|field| unquoted(field.trim())).collect(),
+            None => row.split_whitespace().map(unquoted).collect(),
         }
     }
 }
 
 fn is_separator(c: char) -> bool {
     c.is_whitespace() || c == ';'
+}
+
+/// The parts of a row between separators that are not within quotes.
+fn split(row: &str, separator: char) -> impl Iterator<Item = &str> {
+    let mut is_quoted = false;
+    row.split(move |c: char| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
+    })
 }
 
 /// A word without the quotes around it.
@@ -131,19 +158,19 @@ pub(super) fn is_unmeasured(field: &str) -> bool {
 
 /// Lines that say something, with their numbers from 1.
 pub(super) fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    lines(text).filter(|(_, line)| !line.is_empty() && comment(line).is_none())
+    lines(text).filter(|(_, line)| !line.trim().is_empty() && comment(line).is_none())
 }
 
-/// All lines, with their numbers from 1, ended by LF, CR LF or CR.
+/// All lines, with their numbers from 1, ended by LF, CR LF or CR. Tabs at their ends stay: they part empty fields.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let whole = |line: &'_ str| line.strip_suffix('\r').map_or(line.len(), str::len);
     text.split('\n')
         .flat_map(move |line| line[..whole(line)].split('\r'))
         .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()))
+        .map(|(i, line)| (i + 1, line.trim_matches(' ')))
 }
 
 /// What a comment says; `None` if a line is none.
 pub(super) fn comment(line: &str) -> Option<&str> {
-    ["#", "//", "%"].iter().find_map(|mark| line.strip_prefix(mark))
+    ["#", "//", "%"].iter().find_map(|mark| line.trim_start().strip_prefix(mark))
 }

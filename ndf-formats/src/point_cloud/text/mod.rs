@@ -16,7 +16,7 @@ use ndf_core::DVec3;
 use ndf_mesh::io::beginning_to_sniff;
 
 use super::{CloudFormat, FileDefect, Parsed, RawCloud};
-use columns::Columns;
+use columns::{Columns, Named};
 use dialect::Dialect;
 
 pub use columns::UnknownColumns;
@@ -66,18 +66,21 @@ pub(super) fn read(bytes: &[u8], path: &Path, asked: Option<&[String]>) -> Parse
         return ptx::read(text);
     }
     let dialect = Dialect::of(text);
-    let columns = match asked {
-        Some(names) => Some(Columns::asked(names)?),
-        None => columns::named_in(text, &dialect)?.or_else(|| columns::colmap(text)),
+    let named = match asked {
+        Some(names) => Some(Named { columns: Columns::asked(names)?, line: 0 }),
+        None => {
+            let colmap = || columns::colmap(text).map(|columns| Named { columns, line: 0 });
+            columns::named_in(text, &dialect)?.or_else(colmap)
+        }
     };
-    match columns {
-        Some(columns) => read_columns(text, &dialect, &columns),
+    match named {
+        Some(named) => read_columns(text, &dialect, &named),
         None => read_numbers(text, &dialect, path),
     }
 }
 
 /// Reads rows of which the columns are known; others may hold anything, and rows may be of any length beyond.
-fn read_columns(text: &str, dialect: &Dialect, columns: &Columns) -> Parsed {
+fn read_columns(text: &str, dialect: &Dialect, Named { columns, line: heading }: &Named) -> Parsed {
     let mut cloud = RawCloud::default();
     let mut normals = Vec::new();
     let mut scans: Vec<Scan> = Vec::new();
@@ -110,7 +113,13 @@ fn read_columns(text: &str, dialect: &Dialect, columns: &Columns) -> Parsed {
             }
             Ok(vector)
         };
-        if rows == 0 && position < HEADINGS && dialect.is_heading(&fields) {
+        // Before the names are titles, after them may be units.
+        let is_heading = match *heading {
+            0 => position < HEADINGS && dialect.is_heading(&fields),
+            named if line <= named => true,
+            _ => position < HEADINGS + 1 && fields.iter().all(|field| dialect.says_nothing(field)),
+        };
+        if rows == 0 && is_heading {
             continue;
         }
         cloud.positions.push(vector(columns.position)?);

@@ -124,6 +124,40 @@ fn no_row_is_taken_for_a_heading() {
 }
 
 #[test]
+fn names_of_rows_and_empty_fields_keep_columns_in_place() {
+    // As R and pandas write them.
+    for line in [
+        &(|i, p: DVec3| format!("{i} {}", vector(p, " "))) as &dyn Fn(usize, DVec3) -> String,
+        &|i, p| format!("\"{}\" {}", i + 1, vector(p, " ")),
+        &|i, p| format!("p{i} {}", vector(p, " ")),
+    ] {
+        check("a.txt", &text("x y z\n", |i, p, _| line(i, p)), None, false);
+        check("a.txt", &text("\"x\" \"y\" \"z\"\n", |i, p, _| line(i, p)), None, false);
+    }
+    check("a.tsv", &text("\tx\ty\tz\n", |i, p, _| format!("{i}\t{}", vector(p, "\t"))), None, false);
+    // A fourth column without a name stays behind.
+    let with_intensity = text("x y z\n", |i, p, _| format!("{} {}", vector(p, " "), 7 * i % 5));
+    check("a.txt", &with_intensity, None, false);
+    for separator in ["\t", ";", ","] {
+        let heading = ["x", "y", "z"].join(separator) + "\n";
+        let lacking = ["", "1", "2"].join(separator) + "\n" + &["1", "2", ""].join(separator) + "\n";
+        let rows = text("", |_, p, _| vector(p, separator));
+        let file = check("a.csv", &format!("{heading}{lacking}{rows}"), None, false);
+        assert_eq!(file.report.not_finite, 2, "{separator:?}");
+    }
+    let noted = text("x,y,note,z\n", |_, p, _| format!("{},{},\"5, 6, 7\",{}", p.x, p.y, p.z));
+    check("a.csv", &noted, None, false);
+    let incomplete = text("1,2,,3\n", |_, p, _| vector(p, ",") + ",1");
+    assert!(read_as("a.csv", &incomplete, None).unwrap_err().contains("line 1: "));
+    let first = text("name,x,y,z\nA,0.5,,\n", |i, p, _| format!("B{i},{}", vector(p, ",")));
+    assert_eq!(check("a.csv", &first, None, false).report.not_finite, 1);
+    let millions = text("", |_, p, _| (p * 1e6).to_array().map(|x| grouped(x.round(), ',', ' ')).join(";"));
+    let whole = millions.replace(" 000000", "");
+    let found = read_as("a.txt", &whole, None).unwrap();
+    assert!(found.cloud.positions()[3].distance(points(60)[3][0] * 1e6) < 1.0);
+}
+
+#[test]
 fn long_comments_and_any_end_of_line_are_passed_over() {
     let rows = text("", |_, p, _| vector(p, " "));
     let comments = "# said before the first row\n\n".repeat(1000);
