@@ -126,12 +126,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
 /// Whether all outputs can be expected to appear, each in a place of its own, and none instead of an input.
 fn check_places(arguments: &Arguments) -> Result<(), Failure> {
-    check_model_name(&arguments.output)?;
     let outputs = [Some(&arguments.output), arguments.checkpoint.as_ref(), arguments.log.as_ref()];
     let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
     let inputs = [Some(&arguments.input), arguments.base.as_ref(), arguments.anchors.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     outputs.iter().try_for_each(|path| check_output(path, &inputs))?;
+    check_model_name(&arguments.output)?;
     // The next checkpoint may take the place of the one that is resumed, but nothing else.
     if let Some(resumed) = &arguments.resume {
         let others = [Some(&arguments.output), arguments.log.as_ref()];

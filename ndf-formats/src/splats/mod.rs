@@ -103,7 +103,7 @@ pub enum SplatError {
     )]
     Unknown,
     /// The file ends early or contradicts itself.
-    #[error("{}{0}", beginning(.0))]
+    #[error("{}", told(.0))]
     Damaged(#[from] FileDefect),
     /// The format is known, but its reader was left out of this build.
     #[error("{format} is not read by this build; build with the feature {feature} of ndf-formats")]
@@ -125,8 +125,11 @@ pub enum SplatError {
 }
 
 /// What is not read need not be damaged.
-fn beginning(defect: &FileDefect) -> &'static str {
-    if matches!(defect, FileDefect::Unsupported(_)) { "" } else { "the file is damaged: " }
+fn told(defect: &FileDefect) -> String {
+    match defect {
+        FileDefect::Unsupported(_) => defect.to_string(),
+        _ => format!("the file is damaged: {defect}"),
+    }
 }
 
 /// The format of a file, if it is one of splats.
