@@ -6,11 +6,14 @@ Usage: draco.py FOLDER. Prints a JSON line with versions, then one for every lin
 little-endian arrays in the folder, positions NAME.f64 and faces NAME.u32.
 
     simplify FROM TO FACES   decimates with fast-simplification, as gently as leads to so few faces
-    compress FROM TO BITS    compresses by edgebreaker at Draco's best level (10) with so many bits a coordinate, writes
-                             what comes out again as TO, and answers with the bytes"""
+    compress FROM TO BITS LEVEL
+                             compresses with so many bits a coordinate at a level of Draco's (10: the best, by edgebreaker; 0:
+                             sequential connectivity), writes what comes out again as TO, and answers with the bytes and the
+                             seconds of encoding and decoding"""
 
 import json
 import sys
+import time
 from importlib.metadata import version
 from pathlib import Path
 
@@ -50,14 +53,18 @@ def simplify(source, target, count):
     answer(faces=len(simplified), aggression=aggression)
 
 
-def compress(source, target, bits):
-    stream = DracoPy.encode(*read(source), quantization_bits=bits, compression_level=10)
+def compress(source, target, bits, level):
+    arrays = read(source)
+    start = time.perf_counter()
+    stream = DracoPy.encode(*arrays, quantization_bits=bits, compression_level=level)
+    encoded = time.perf_counter()
     mesh = DracoPy.decode(stream)
+    decoded = time.perf_counter()
     write(target, mesh.points, mesh.faces)
-    answer(bytes=len(stream))
+    answer(bytes=len(stream), encoding=encoded - start, decoding=decoded - encoded)
 
 
 answer(**{name: version(name) for name in ("DracoPy", "fast-simplification")})
 for line in sys.stdin:
-    command, source, target, number = line.split()
-    {"simplify": simplify, "compress": compress}[command](source, target, int(number))
+    command, source, target, *numbers = line.split()
+    {"simplify": simplify, "compress": compress}[command](source, target, *map(int, numbers))

@@ -6,6 +6,7 @@ mod document;
 mod performance;
 mod plot;
 mod representations;
+mod reproduce;
 mod rows;
 mod scalars;
 mod table;
@@ -31,6 +32,8 @@ enum Experiment {
     },
     /// Fit an input of any kind with the default preset and write its row in docs/representations.md
     Representations(representations::Options),
+    /// Run the experiments of the paper's supplement and write docs/experiments
+    Reproduce(reproduce::Options),
     /// Learn eigenfunctions with encodings of several sizes and write the table and plots of docs/scalars.md
     Scalars(scalars::Options),
     /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
         Experiment::Compression(options) => compression::run(&options),
         Experiment::Table { data } => table::run(&data),
         Experiment::Representations(options) => representations::run(&options),
+        Experiment::Reproduce(options) => reproduce::run(&options),
         Experiment::Scalars(options) => scalars::run(&options),
         Experiment::Geodesics { meshes, timing, vtp } => {
             performance::geodesics(&meshes, &timing, vtp.as_deref())

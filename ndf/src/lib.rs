@@ -21,7 +21,8 @@
 //! - **Learning**: [`Fit`], with the [defaults of every kind](presets).
 //! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars_on_levels`] and [`store_scalars`] keep
 //!   scalars on them.
-//! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model.
+//! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model; [`evaluate`] has how far they
+//!   are from those of another mesh.
 //!
 //! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can
 //! be stopped.
@@ -31,6 +32,7 @@ pub mod band;
 pub mod base;
 pub mod describe;
 mod error;
+pub mod evaluate;
 pub mod figures;
 pub mod files;
 mod fit;

@@ -32,8 +32,17 @@ Measurements (each takes --help; they are compiled in release mode first):
   ";
 
 /// What `ndf-experiments` measures.
-const EXPERIMENTS: &[&str] =
-    &["ablation", "compression", "geodesics", "representations", "scalars", "spectra", "table", "training"];
+const EXPERIMENTS: &[&str] = &[
+    "ablation",
+    "compression",
+    "geodesics",
+    "representations",
+    "reproduce",
+    "scalars",
+    "spectra",
+    "table",
+    "training",
+];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

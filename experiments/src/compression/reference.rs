@@ -1,20 +1,22 @@
 //! How far a mesh is from the one it stands for: distances, geodesics, eigenvalues.
+//!
+//! Geodesics are those of the error protocol, [`ndf::evaluate`], with the truth's sources carried over. Eigenvalues are of the
+//! surface and not of its triangles, since models and coarse meshes of few bytes are compared here and not triangulations: hence
+//! the extrapolation, which the protocol does not have.
 
 use std::borrow::Cow;
 
-use ndf::analysis::closest_point;
-use ndf_core::{DVec3, NoProgress};
-use ndf_geodesic::{ExactOptions, exact_distances};
+use ndf::evaluate::{DistanceErrors, DistanceProtocol, DistanceTruth, SourceRule, eigenvalue_errors};
+use ndf_core::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
 use ndf_mesh::subdivision::{Refinement, Side};
-use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_model::{LengthFactors, Similarity};
 use ndf_spectral::{ModeOptions, modes};
-use rayon::prelude::*;
 
-/// Vertices to which distances are compared.
-const TARGETS: usize = 4_000;
+/// Up to 4,000 vertices to which distances are compared, inside of faces of meshes of up to 100,000.
+const DISTANCES: DistanceProtocol = DistanceProtocol { max_targets: 4_000, max_exact_faces: 100_000 };
 /// Meshes of fewer faces have their eigenvalues extrapolated.
 const FINE: usize = 200_000;
 /// Where coarse meshes are parted to at least so many faces for that.
@@ -22,11 +24,6 @@ const PARTED: usize = 30_000;
 /// On a grid some faces lose their area: this share of the mean length is then added to all edges. That of `ndf-spectral` is
 /// too small for some meshes.
 const MOLLIFICATION: f64 = 1e-6;
-/// On meshes of more faces, whose windows would fill the memory, distances inside a face are taken from those at its
-/// corners, linearly.
-const MAX_FACES_WITH_WINDOWS: usize = 100_000;
-/// The places, in the box of side 3, whose closest points distances are measured from (supplement, §2.1).
-const SOURCES: [DVec3; 2] = [DVec3::ONE, DVec3::NEG_ONE];
 
 /// How far a mesh is from the reference. Of a pair of errors, the second is that with lengths corrected.
 pub(super) struct Errors {
@@ -46,37 +43,19 @@ pub(super) struct Errors {
     pub(super) eigenvalues: [f64; 2],
 }
 
-/// A point and its distances from some others.
-struct Distances {
-    source: DVec3,
-    targets: Vec<(DVec3, f64)>,
-}
-
 /// A mesh with what others are compared to.
 pub(super) struct Reference {
     pub(super) mesh: ManifoldMesh,
-    distances: Vec<Distances>,
+    distances: DistanceTruth,
     eigenvalues: Vec<f64>,
 }
 
 impl Reference {
     pub(super) fn new(mesh: ManifoldMesh) -> Result<Self, String> {
-        let intrinsic = IntrinsicMesh::from_mesh(&mesh);
-        let tree = TriangleTree::new(&mesh);
         let similarity = Similarity::from_bounds(&mesh.bounds());
-        let distances = |place: DVec3| -> Result<Distances, String> {
-            let source =
-                closest_point(&mesh, &tree, similarity.to_world(place)).ok_or("no point is closest")?;
-            let found = exact_distances(&intrinsic, &[source], &ExactOptions::default(), &NoProgress);
-            let found = found.map_err(|e| e.to_string())?;
-            let stride = (mesh.vertex_count() / TARGETS).max(1);
-            let targets = mesh.positions().iter().copied().zip(found.distances().iter().copied());
-            let targets = targets.step_by(stride).filter(|(_, d)| d.is_finite()).collect();
-            Ok(Distances { source: source.position(&mesh), targets })
-        };
-        let distances = SOURCES.into_iter().map(distances).collect::<Result<_, _>>()?;
+        let distances = DistanceTruth::new(&mesh, &similarity, &DISTANCES, &NoProgress);
         let eigenvalues = eigenvalues(&mesh, FINE)?;
-        Ok(Self { mesh, distances, eigenvalues })
+        Ok(Self { distances: distances.map_err(|e| e.to_string())?, eigenvalues, mesh })
     }
 
     /// By what lengths on another mesh are multiplied so that its area is that of the reference.
@@ -91,11 +70,7 @@ impl Reference {
         let (eigenvalues, geodesic) =
             rayon::join(|| eigenvalues(mesh, PARTED), || self.geodesic_error(mesh, factors.distances));
         let eigenvalues = eigenvalues?;
-        let error = |factor: f64| {
-            let pairs = self.eigenvalues.iter().zip(&eigenvalues).skip(1);
-            let relative = pairs.map(|(truth, found)| (found / factor.powi(2) - truth).abs() / truth);
-            relative.sum::<f64>() / (self.eigenvalues.len() - 1) as f64
-        };
+        let error = |factor| eigenvalue_errors(&self.eigenvalues, &eigenvalues, factor).mean;
         Ok(Errors {
             mean: there.mesh_to_reference.mean.max(there.reference_to_mesh.mean) / there.diagonal,
             max: there.hausdorff / there.diagonal,
@@ -107,36 +82,17 @@ impl Reference {
         })
     }
 
-    /// The error of distances as they are, and of those multiplied by a factor.
+    /// The error of distances as they are, and of those multiplied by a factor: of both sources together, as a share of all
+    /// distances.
     fn geodesic_error(&self, mesh: &ManifoldMesh, factor: f64) -> Result<[f64; 2], String> {
-        let intrinsic = IntrinsicMesh::from_mesh(mesh);
-        let tree = TriangleTree::new(mesh);
-        let closest = |p: DVec3| closest_point(mesh, &tree, p).ok_or("no point is closest");
-        let is_fine = mesh.face_count() > MAX_FACES_WITH_WINDOWS;
-        let options = if is_fine { ExactOptions::default() } else { ExactOptions::with_windows() };
-        // Sums of both errors and of distances.
-        let sums = |Distances { source, targets }: &Distances| -> Result<[f64; 3], String> {
-            let found = exact_distances(&intrinsic, &[closest(*source)?], &options, &NoProgress)
-                .map_err(|e| e.to_string())?;
-            let distance_at = |point: SurfacePoint| {
-                if is_fine {
-                    let point = point.in_some_face(mesh);
-                    let corners = mesh.faces()[point.face.index()].map(|v| found.distances()[v as usize]);
-                    return Ok(point.interpolate(corners));
-                }
-                found.distance_at(point).map_err(|e| e.to_string())
-            };
-            let mut sums = [0.0; 3];
-            for &(target, truth) in targets {
-                let found = distance_at(closest(target)?)?;
-                let terms = [(found - truth).abs(), (factor * found - truth).abs(), truth];
-                sums = [0, 1, 2].map(|k| sums[k] + terms[k]);
-            }
-            Ok(sums)
+        let mut feet = self.distances.feet(mesh).map_err(|e| e.to_string())?;
+        let found = self.distances.measured(&mut feet, &[SourceRule::Carried], &NoProgress);
+        let found = found.map_err(|e| e.to_string())?;
+        let share = |factor| {
+            let DistanceErrors { sources: [a, b] } = self.distances.errors(&found[0], factor);
+            (a.mean + b.mean) / (a.mean_distance + b.mean_distance)
         };
-        let sums: Vec<[f64; 3]> = self.distances.par_iter().map(sums).collect::<Result<_, _>>()?;
-        let [plain, corrected, whole] = [0, 1, 2].map(|k| sums.iter().map(|s| s[k]).sum::<f64>());
-        Ok([plain / whole, corrected / whole])
+        Ok([1.0, factor].map(share))
     }
 }
 

@@ -1,12 +1,11 @@
 //! Coarse meshes in few bytes: decimated meshes and base meshes, compressed by Draco, and base meshes in the file of a
 //! model that has nothing else.
 
-use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 use ndf::{ModelExt, Opened, RepairOptions, Triangulated};
-use ndf_core::{DVec3, NoProgress};
+use ndf_core::NoProgress;
 use ndf_mesh::subdivision::Creases;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_meshing::{BaseMeshOptions, DecimationOptions, decimate};
@@ -22,6 +21,9 @@ use crate::rows::{Row, Rows};
 
 /// Faces of the meshes; those of more faces than the input has are left out.
 const FACES: [usize; 7] = [500, 1_000, 2_000, 4_000, 8_000, 16_000, 32_000];
+
+/// Draco's best level.
+const DRACO_LEVEL: u32 = 10;
 
 /// The faces that a cube needs.
 const CUBE_FACES: usize = 12;
@@ -135,13 +137,13 @@ pub(super) fn measure(
     }
     let scratch = Scratch::new()?;
     let mut draco = PythonPeer::start(python, "draco.py", &[scratch.path().display().to_string()])?;
-    write_raw(&scratch, "input", &reference.mesh)?;
+    scratch.write_mesh("input", &reference.mesh)?;
     for group in jobs.chunk_by(|a, b| (a.source, a.faces) == (b.source, b.faces)) {
         let Job { source, faces, .. } = group[0];
         let mesh = match source {
             Source::FastSimplification => {
                 draco.ask(&format!("simplify input mesh {faces}"))?;
-                read_raw(&scratch, "mesh")?
+                scratch.read_mesh("mesh")?
             }
             Source::Decimated => {
                 let options = DecimationOptions::to_faces(faces);
@@ -153,13 +155,13 @@ pub(super) fn measure(
                 base.mesh.into_triangle_mesh()
             }
         };
-        write_raw(&scratch, "mesh", &mesh)?;
+        scratch.write_mesh("mesh", &mesh)?;
         for job in group {
             let (bytes, decoded) = match job.coder {
                 Coder::Draco => {
-                    let answer = draco.ask(&format!("compress mesh decoded {}", job.bits))?;
+                    let answer = draco.ask(&format!("compress mesh decoded {} {DRACO_LEVEL}", job.bits))?;
                     let bytes = answer.get("bytes").and_then(Value::as_u64).ok_or("draco.py: no bytes")?;
-                    (bytes as usize, read_raw(&scratch, "decoded")?)
+                    (bytes as usize, scratch.read_mesh("decoded")?)
                 }
                 Coder::Ndf => as_model(&mesh, job.bits)?,
             };
@@ -226,24 +228,6 @@ fn as_model(mesh: &TriangleMesh, bits: u32) -> Result<(usize, TriangleMesh), Str
     let bytes = model.to_bytes();
     let read = Model::from_bytes(&bytes).map_err(|e| e.to_string())?;
     Ok((bytes.len(), read.base_in_world().into_triangle_mesh()))
-}
-
-fn write_raw(scratch: &Scratch, name: &str, mesh: &TriangleMesh) -> Result<(), String> {
-    let numbers = mesh.positions().iter().flat_map(DVec3::to_array);
-    scratch.write(&format!("{name}.f64"), numbers.map(f64::to_le_bytes))?;
-    scratch.write(&format!("{name}.u32"), mesh.faces().iter().flatten().map(|v| v.to_le_bytes()))
-}
-
-fn read_raw(scratch: &Scratch, name: &str) -> Result<TriangleMesh, String> {
-    let read = |end: &str| {
-        let file = scratch.path().join(format!("{name}.{end}"));
-        fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
-    };
-    let (positions, faces) = (read("f64")?, read("u32")?);
-    let positions: Vec<f64> = positions.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-    let faces: Vec<u32> = faces.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
-    let positions = positions.as_chunks().0.iter().map(|p: &[f64; 3]| DVec3::from_array(*p)).collect();
-    TriangleMesh::new(positions, faces.as_chunks().0.to_vec()).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
+use ndf_core::DVec3;
+use ndf_mesh::TriangleMesh;
 use serde_json::Value;
 
 use crate::root;
@@ -101,6 +103,40 @@ impl Scratch {
         let bytes: Vec<u8> = numbers.flatten().collect();
         fs::write(self.0.join(name), bytes).map_err(|e| format!("{name}: {e}"))
     }
+}
+
+impl Scratch {
+    pub(crate) fn write_mesh(&self, name: &str, mesh: &TriangleMesh) -> Result<(), String> {
+        write_mesh(&self.0, name, mesh)
+    }
+
+    pub(crate) fn read_mesh(&self, name: &str) -> Result<TriangleMesh, String> {
+        read_mesh(&self.0, name)
+    }
+}
+
+/// Writes a mesh as raw little-endian arrays: positions NAME.f64 and, when these are complete, faces NAME.u32.
+pub(crate) fn write_mesh(folder: &Path, name: &str, mesh: &TriangleMesh) -> Result<(), String> {
+    let write = |end: &str, bytes: Vec<u8>| {
+        let file = folder.join(format!("{name}.{end}"));
+        fs::write(&file, bytes).map_err(|e| format!("{}: {e}", file.display()))
+    };
+    let numbers = mesh.positions().iter().flat_map(DVec3::to_array);
+    write("f64", numbers.flat_map(f64::to_le_bytes).collect())?;
+    write("u32", mesh.faces().iter().flatten().flat_map(|v| v.to_le_bytes()).collect())
+}
+
+/// Reads what [`write_mesh`] wrote.
+pub(crate) fn read_mesh(folder: &Path, name: &str) -> Result<TriangleMesh, String> {
+    let read = |end: &str| {
+        let file = folder.join(format!("{name}.{end}"));
+        fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
+    };
+    let (positions, faces) = (read("f64")?, read("u32")?);
+    let positions: Vec<f64> = positions.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+    let faces: Vec<u32> = faces.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+    let positions = positions.as_chunks().0.iter().map(|p: &[f64; 3]| DVec3::from_array(*p)).collect();
+    TriangleMesh::new(positions, faces.as_chunks().0.to_vec()).map_err(|e| e.to_string())
 }
 
 impl Drop for Scratch {
