@@ -4,6 +4,7 @@ use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Mi
 use ndf_mesh::{ClosestPoint, Face, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
+use crate::inner_walls::inner_walls;
 use crate::pseudonormals::Pseudonormals;
 
 /// A triangle mesh of any quality: soups, holes and self-intersections are welcome.
@@ -16,8 +17,8 @@ use crate::pseudonormals::Pseudonormals;
 ///
 /// **The field** is the distance, negative where the [winding number](WindingNumber) exceeds ½: that is right
 /// also where the mesh has holes, doubled faces or pieces that intersect, where the sign of a pseudonormal is
-/// not. Only a mesh with an inside has one: at least half of a sample of its faces must part inside from
-/// outside. A flat sheet is a surface without a field.
+/// not. Sheets that are shut in by the others bound nothing and do not count. Only a mesh with an inside has one: at least half of a sample of its faces must part inside from
+/// outside, walls inside aside. A flat sheet is a surface without a field.
 ///
 /// A closed mesh whose volume is negative is taken to be inside out and turned.
 #[derive(Clone, Debug)]
@@ -26,6 +27,7 @@ pub struct MeshSurface {
     normals: Pseudonormals,
     winding: WindingNumber,
     parting_share: f64,
+    has_inside: bool,
     guide_reach: f64,
     area: f64,
 }
@@ -40,6 +42,9 @@ const OPPOSED: f64 = -0.25;
 
 /// Default of [`MeshSurface::with_guide_reach`], in diagonals of the bounding box.
 const GUIDE_REACH: f64 = 0.02;
+
+/// How far beside a face its sides are asked for, in diagonals of the bounding box.
+const OFFSET: f64 = 1e-6;
 
 /// Faces asked whether they part inside from outside.
 const SIDE_SAMPLES: usize = 256;
@@ -69,11 +74,18 @@ impl MeshSurface {
         if tree.is_empty() {
             return Err(EmptyMesh);
         }
-        let guide_reach = GUIDE_REACH * tree.bounds().diagonal();
-        let winding = WindingNumber::new(mesh);
+        let diagonal = tree.bounds().diagonal();
+        let (offset, guide_reach) = (OFFSET * diagonal, GUIDE_REACH * diagonal);
+        let is_wall = inner_walls(mesh, &tree, &normals, offset);
+        let bounding = mesh.faces().iter().zip(&is_wall).filter(|(_, is_wall)| !**is_wall);
+        let bounding = bounding.map(|(face, _)| *face).collect();
+        let bounding = TriangleMesh::new(mesh.positions().to_vec(), bounding)
+            .expect("leaving out faces leaves indices in range");
+        let winding = WindingNumber::new(&bounding);
         let area = mesh.area();
-        let mut surface = Self { tree, normals, winding, parting_share: 0.0, guide_reach, area };
-        surface.parting_share = surface.share_of_parting(mesh);
+        let mut surface =
+            Self { tree, normals, winding, parting_share: 0.0, has_inside: false, guide_reach, area };
+        surface.ask_sides(mesh, &is_wall);
         Ok(surface)
     }
 
@@ -118,7 +130,7 @@ impl MeshSurface {
 
     /// How far from a face its sides are asked for.
     fn offset(&self) -> f64 {
-        1e-6 * self.tree.bounds().diagonal()
+        OFFSET * self.tree.bounds().diagonal()
     }
 
     /// Whether it is inside behind and before a point of a face with this normal.
@@ -126,8 +138,8 @@ impl MeshSurface {
         [-1.0, 1.0].map(|side| self.winding.at(point + side * self.offset() * normal) > HALF)
     }
 
-    /// The share of some faces, evenly picked, that have the inside behind and the outside before them.
-    fn share_of_parting(&self, mesh: &TriangleMesh) -> f64 {
+    /// Asks some faces, evenly picked, whether they have the inside behind and the outside before them.
+    fn ask_sides(&mut self, mesh: &TriangleMesh, is_wall: &[bool]) {
         let usable: Vec<Face> =
             mesh.face_indices().filter(|&f| self.normals.of_face(f) != DVec3::ZERO).collect();
         let picked = || usable.iter().step_by(usable.len().div_ceil(SIDE_SAMPLES).max(1));
@@ -135,7 +147,10 @@ impl MeshSurface {
             let [a, b, c] = mesh.corner_positions(f);
             self.sides((a + b + c) / 3.0, self.normals.of_face(f)) == [true, false]
         };
-        if usable.is_empty() { 0.0 } else { picked().filter(parts).count() as f64 / picked().count() as f64 }
+        let (all, parting) = (picked().count(), picked().filter(parts).count());
+        let walls = picked().filter(|f| is_wall[f.index()]).count();
+        self.parting_share = parting as f64 / all.max(1) as f64;
+        self.has_inside = parting > 0 && 2 * parting >= all - walls;
     }
 
     /// The foot of a query whose closest point is known.
@@ -193,7 +208,7 @@ impl Surface for MeshSurface {
     }
 
     fn as_field(&self) -> Option<&dyn ImplicitField> {
-        (self.parting_share >= 0.5).then_some(self)
+        self.has_inside.then_some(self)
     }
 }
 

@@ -80,6 +80,11 @@ impl Pseudonormals {
         self.closed
     }
 
+    /// The edges of every face by number, from corner 0 to 1, 1 to 2, and 2 to 0. Edges between the same places are one.
+    pub(crate) fn sides(&self) -> &[[u32; 3]] {
+        &self.sides
+    }
+
     /// Unit normal of a face; zero if it has no area.
     ///
     /// # Panics

@@ -156,18 +156,25 @@ fn cavities_and_components_are_meshed_and_learned() {
 #[test]
 fn inner_walls_do_not_depend_on_the_grid() {
     let folder = Folder::new("walls");
-    let (mut positions, mut faces) = shapes::cube(1).into_parts();
-    let first = positions.len() as u32;
-    let wall = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-    positions.extend(wall.map(|(y, z)| DVec3::new(0.0, y, z)));
-    faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-    folder.write_mesh("wall.obj", &TriangleMesh::new(positions, faces).unwrap());
-    for grid in [15, 16, 31, 32] {
-        let run = folder.run(&format!("mesh wall.obj -o o.ply --grid {grid} --json"));
-        assert!(run.stderr.contains("inside of the solid that it bounds"), "{}", run.stderr);
-        let found = run.json();
-        assert_eq!((&found["components"], &found["euler_characteristic"]), (&1.into(), &2.into()), "{grid}");
-        assert!((folder.mesh("o.ply").mesh.signed_volume() - 8.0).abs() < 0.3);
+    for (name, walls) in
+        [("one", [0.0].as_slice()), ("three", &[-0.5, 0.0, 0.5]), ("close", &[-0.02, 0.0, 0.03])]
+    {
+        let (mut positions, mut faces) = shapes::cube(1).into_parts();
+        for x in walls {
+            let first = positions.len() as u32;
+            let wall = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            positions.extend(wall.map(|(y, z)| DVec3::new(*x, y, z)));
+            faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+        folder.write_mesh("walls.obj", &TriangleMesh::new(positions, faces).unwrap());
+        for grid in [15, 16, 31, 32] {
+            let run = folder.run(&format!("mesh walls.obj -o o.ply --grid {grid} --json"));
+            assert!(run.stderr.contains("inside of the solid that it bounds"), "{}", run.stderr);
+            let found = run.json();
+            let topology = (&found["components"], &found["euler_characteristic"]);
+            assert_eq!(topology, (&1.into(), &2.into()), "{name}, {grid}");
+            assert!((folder.mesh("o.ply").mesh.signed_volume() - 8.0).abs() < 0.3, "{name}, {grid}");
+        }
     }
 }
 
