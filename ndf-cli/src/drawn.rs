@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use ndf::files::NoMesh;
-use ndf::{Kind, OpenOptions, TriangleMesh, stored_scalars};
+use ndf::open::{cloud_notes, unused};
+use ndf::{Kind, Note, OpenOptions, TriangleMesh, stored_scalars};
 use ndf_formats::point_cloud::{CloudFormat, read_cloud};
 use ndf_mesh::io::{MeshFormat, VertexScalars};
 
@@ -41,15 +42,18 @@ pub fn read_drawn(
     length: EdgeLength,
     context: &Context,
 ) -> Result<Drawn, Failure> {
+    let options = reading.options()?;
+    let tell = |notes: Vec<Note>| notes.iter().for_each(|note| context.warn_of(&path.display(), note));
     if let Some(found) = model_mesh(path, length, context)? {
+        tell(unused(&options, &[]));
         let scalars = stored_scalars(&found.model, &found.extracted);
         let mesh = found.extracted.mesh.into_triangle_mesh();
         return Ok(Drawn { what: "model", mesh, scalars, two_sided: false, usual_up: Up::Y });
     }
-    let options = reading.options()?;
     match reading.kind {
         None | Some(Kind::Mesh) => match ndf::read_mesh(path) {
             Ok(file) => {
+                tell(unused(&options, &[Kind::Mesh]));
                 let file = told_faces(path, file, context);
                 let usual_up = if file.format == MeshFormat::Stl { Up::Z } else { Up::Y };
                 let (mesh, scalars) = (file.mesh, file.scalars);
@@ -66,6 +70,8 @@ pub fn read_drawn(
 
 fn of_cloud(path: &Path, options: &OpenOptions, context: &Context) -> Result<Drawn, Failure> {
     let file = read_cloud(path, &options.cloud)?;
+    let notes = cloud_notes(&file, options).into_iter().chain(unused(options, &[Kind::Cloud]));
+    notes.for_each(|note| context.warn_of(&path.display(), &note));
     let cloud = &file.cloud;
     let normals = cloud.normals().filter(|_| options.kind != Some(Kind::Cloud));
     let mesh = discs(cloud.positions(), normals);

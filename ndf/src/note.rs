@@ -168,6 +168,11 @@ pub enum Note {
         /// Why.
         reason: String,
     },
+    /// A vertex is so far away that areas and distances are no numbers.
+    BeyondReach {
+        /// The vertex, counted from 0.
+        vertex: usize,
+    },
     /// Some of the learned surface is turned against the input.
     Flipped {
         /// How much.
@@ -230,6 +235,9 @@ impl fmt::Display for Note {
             Self::UnclearColumns => f.write_str(
                 "columns 4 to 6 look neither like normals nor like colours, and were passed over; --columns x,y,z,nx,ny,nz takes them for normals",
             ),
+            Self::BeyondReach { vertex } => {
+                write!(f, "vertex {vertex} lies beyond 1e75, where lengths cannot be computed any more; scale it down")
+            }
             Self::OptionUnused { what } => write!(f, "{what}: not used, since the input is something else"),
             Self::RowsNumbered => f.write_str(
                 "the first column numbers the rows; the place is taken from columns 2 to 4 (--columns x,y,z takes the first three)",

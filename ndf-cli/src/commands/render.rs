@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use ndf_core::BoundingBox;
+use ndf_core::{BoundingBox, DVec3};
 use ndf_mesh::io::{Lines, atomic_write, read_lines};
 use ndf_mesh::repair::finite_part;
 use serde_json::json;
@@ -117,7 +117,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let strip = if legend.is_some() { strip_width(width, height) } else { 0 };
     // Vertices that no face uses may be anywhere.
     let seen = finite_part(&drawn.mesh).0;
-    let camera = Camera::framing(seen.positions(), view, width - strip, height);
+    let framed: Vec<DVec3> =
+        seen.positions().iter().chain(lines.iter().flat_map(|l| &l.points)).copied().collect();
+    let camera = Camera::framing(&framed, view, width - strip, height);
     let center = BoundingBox::of_points(seen.positions()).center();
     let radius = (LINE_RADIUS.0 * width.min(height) as f64).max(LINE_RADIUS.1)
         * camera.pixel_size(camera.eye().distance(center));

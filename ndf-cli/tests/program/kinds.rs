@@ -102,6 +102,38 @@ fn points_and_fields_are_drawn_and_it_is_said_how() {
         ndf(&folder.0, &["render", "a.xyz", "-o", "x.png", "--size", "80,60", "--json"]).json()["drawn"],
         "points"
     );
+    // What is left out of a file is told here as elsewhere.
+    folder.write("b.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 0\n1 0 1\nnan 1 1\n");
+    let run = ndf(&folder.0, &["render", "b.xyz", "-o", "x.png", "--size", "80,60", "--keep-flagged"]);
+    assert!(run.stderr.contains("1 point not finite, left out"), "{}", run.stderr);
+    assert!(run.stderr.contains("--keep-flagged): not used"), "{}", run.stderr);
+}
+
+/// Options of other kinds of input are named, whatever the command.
+#[test]
+fn options_of_other_kinds_are_named() {
+    let folder = folder("other-options");
+    for (command, said) in [
+        ("render torus.ndf -o a.png --size 40,30 --columns x,y,z", "--columns): not used"),
+        ("render torus.ply -o a.png --size 40,30 --iso 2", "--iso): not used"),
+        ("info torus.ndf --omega 3", "--omega"),
+        ("info torus.ply --keep-flagged", "--keep-flagged): not used"),
+    ] {
+        let run = ndf(&folder.0, &command.split(" ").collect::<Vec<_>>());
+        assert!(run.code == 0 && run.stderr.contains(said), "{command}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn lines_beside_the_surface_are_in_the_picture() {
+    let folder = Folder::new("lines-framed");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "sphere", "-o", "s.ply"]);
+    folder.write("l.obj", "v 0 0 0\nv 9 0 0\nv 9 0 9\nl 1 2 3\n");
+    let covered = |more: &[&str]| {
+        let render = ["render", "s.ply", "-o", "a.png", "--size", "80,60", "--json"];
+        ndf(&folder.0, &[&render[..], more].concat()).json()["covered"].as_f64().unwrap()
+    };
+    assert!(covered(&["--paths", "l.obj"]) < 0.3 * covered(&[]));
 }
 
 /// A model is fitted first, which is said; vertices of a file that has no mesh are no sources.

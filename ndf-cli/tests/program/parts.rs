@@ -223,6 +223,8 @@ fn sizes_beyond_double_precision_are_refused() {
             let refused = folder.run(command);
             assert!(refused.sentence().contains("scale them"), "{scale}: {}", refused.stderr);
         }
+        let info = folder.run("info ball.obj --json");
+        assert_eq!(info.stderr.contains("vertex 0 lies beyond 1e75"), scale > 1.0, "{}", info.stderr);
     }
     for scale in [1e-70, 1e70] {
         folder.write_mesh("ball.obj", &shapes::icosphere(1).map_positions(|p| scale * p));

@@ -55,6 +55,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Splat>, SplatError> {
             splats.push(if is_packed { buckets.packed(Fields(record))? } else { plain(Fields(record)) });
         }
     }
+    // Writers that stream leave the number out.
+    let announced = header.u32(16) as usize;
+    if announced > 0 && announced != splats.len() {
+        let text = format!("it announces {announced} splats, but its sections hold {}", splats.len());
+        return Err(FileDefect::mismatch(text).into());
+    }
+    if !rest.is_empty() {
+        return Err(FileDefect::mismatch(format!("{} bytes follow its last section", rest.len())).into());
+    }
     Ok(splats)
 }
 

@@ -93,6 +93,12 @@ fn levels_of_ksplat_hold_the_same_splats() {
         bytes[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
         assert!(matches!(parse_splats(&bytes), Err(SplatError::Damaged(_))), "{at}");
     }
+    // Another number of splats than announced, and more than the sections.
+    let mut bytes = samples::ksplat(1);
+    bytes[16] = 7;
+    assert!(parse_splats(&bytes).unwrap_err().to_string().contains("announces 7 splats"));
+    let long = [samples::ksplat(1), vec![0; 5]].concat();
+    assert!(parse_splats(&long).unwrap_err().to_string().contains("5 bytes"));
     let Some((format, splats)) = real("minimal.ksplat") else { return };
     let Some((_, twins)) = real("minimal.splat") else { return };
     assert_eq!(format, SplatFormat::Ksplat);

@@ -1,13 +1,13 @@
 //! Point clouds, with normals and without.
 
 use ndf_core::{Progress, Surface};
-use ndf_formats::point_cloud::{CloudFile, PointCloud, parse_cloud};
+use ndf_formats::point_cloud::{CloudFile, CloudFormat, PointCloud, parse_cloud};
 use ndf_mesh::io::parse_mesh;
 use ndf_surfaces::point_cloud::{
     Neighbours, OrientedCloud, WindingFieldOptions, agreement_of_normals, unoriented_cloud, without_outliers,
 };
 
-use super::{Content, OpenError, OpenOptions, Representation};
+use super::{COLUMNS, Content, KEEP_FLAGGED, OpenError, OpenOptions, Representation};
 use crate::describe::{CloudDescription, Described, Description, MeshDescription};
 use crate::kind::Kind;
 use crate::note::Note;
@@ -29,8 +29,8 @@ impl Representation for Clouds {
         options: &OpenOptions,
         progress: &dyn Progress,
     ) -> Result<Opened, OpenError> {
-        let CloudFile { cloud, report, .. } = parse_cloud(&content.bytes, &content.path, &options.cloud)?;
-        opened(&cloud, options.kind, &content.name(), Note::of_points(&report), progress)
+        let file = parse_cloud(&content.bytes, &content.path, &options.cloud)?;
+        opened(&file.cloud, options.kind, &content.name(), cloud_notes(&file, options), progress)
     }
 
     fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
@@ -44,12 +44,25 @@ impl Representation for Clouds {
                 return Ok(Described { description, notes: Vec::new() });
             }
         };
-        let mut notes = Note::of_points(&file.report);
+        let mut notes = cloud_notes(&file, options);
         let agreement = agreement(&file.cloud);
         let kind = chosen(options.kind, agreement, &name, &mut notes)?;
         let description = CloudDescription::of(&file, kind, agreement);
         Ok(Described { description: Description::Cloud(description), notes })
     }
+}
+
+/// What there is to say about the points of a file, and options that say nothing of its format.
+pub fn cloud_notes(file: &CloudFile, options: &OpenOptions) -> Vec<Note> {
+    let mut notes = Note::of_points(&file.report);
+    let has_columns = matches!(file.format, CloudFormat::Text | CloudFormat::Pts);
+    if options.cloud.columns.is_some() && !has_columns {
+        notes.push(Note::OptionUnused { what: COLUMNS });
+    }
+    if options.cloud.keep_flagged && file.format != CloudFormat::Las {
+        notes.push(Note::OptionUnused { what: KEEP_FLAGGED });
+    }
+    notes
 }
 
 /// The share of neighbouring points whose normals agree, where there are normals.

@@ -33,7 +33,9 @@ impl Representation for Meshes {
 
     fn describe(&self, content: &Content, options: &OpenOptions) -> Result<Described, OpenError> {
         let file = parse(content, options)?;
-        let notes = file.notes.iter().copied().map(Note::from).collect();
+        let notes = file.notes.iter().copied().map(Note::from);
+        let too_far = file.mesh.beyond_reach().map(|vertex| Note::BeyondReach { vertex: vertex.index() });
+        let notes = notes.chain(too_far).collect();
         Ok(Described { description: Description::Mesh(MeshDescription::of(&file)), notes })
     }
 }

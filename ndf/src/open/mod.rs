@@ -25,6 +25,7 @@ use ndf_model::Model;
 use ndf_surfaces::networks::{NetworkOptions, NeuralField, is_snapshot};
 use ndf_train::Checkpoint;
 
+pub use cloud::cloud_notes;
 pub use error::OpenError;
 pub use network::read_latent;
 
@@ -117,16 +118,17 @@ fn representation(
     })
 }
 
-/// Options that say nothing of what is opened as one of these kinds.
-fn unused(options: &OpenOptions, kinds: &[Kind]) -> Vec<Note> {
+/// Options of texts of points, and of LAS.
+const COLUMNS: &str = "the columns of texts of points (--columns)";
+const KEEP_FLAGGED: &str = "what is done with points that LAS files mark as noise (--keep-flagged)";
+
+/// Notes of options that say nothing of what is opened as one of these kinds; no kinds are those of a model.
+pub fn unused(options: &OpenOptions, kinds: &[Kind]) -> Vec<Note> {
     let is_cloud = kinds.contains(&Kind::Cloud);
     let has_level = kinds.contains(&Kind::Nerf) || kinds.contains(&Kind::Splats);
     let all = [
-        ("the columns of texts of points (--columns)", options.cloud.columns.is_some() && !is_cloud),
-        (
-            "what is done with points marked as noise (--keep-flagged)",
-            options.cloud.keep_flagged && !is_cloud,
-        ),
+        (COLUMNS, options.cloud.columns.is_some() && !is_cloud),
+        (KEEP_FLAGGED, options.cloud.keep_flagged && !is_cloud),
         (
             "what a network is (--activation, --omega, --box, --latent)",
             options.network != NetworkOptions::default() && !kinds.contains(&Kind::NeuralSdf),
@@ -224,7 +226,7 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
         let checkpoint = Checkpoint::from_bytes(&content.bytes)
             .map_err(|source| OpenError::CheckpointFile { path: content.path.clone(), source })?;
         let description = Description::Checkpoint(CheckpointDescription::of(&checkpoint));
-        return Ok(Described { description, notes: Vec::new() });
+        return Ok(Described { description, notes: unused(options, &[]) });
     }
     if !Model::is_model(&content.bytes) {
         let representation = representation(&content, options)?;
@@ -234,7 +236,8 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
     }
     let model = Model::from_bytes(&content.bytes)
         .map_err(|source| OpenError::ModelFile { path: content.path.clone(), source })?;
-    Ok(Described { description: Description::Model(ModelDescription::of(&model)), notes: Vec::new() })
+    let description = Description::Model(ModelDescription::of(&model));
+    Ok(Described { description, notes: unused(options, &[]) })
 }
 
 /// A mesh of any quality as a surface.

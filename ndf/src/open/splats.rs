@@ -1,6 +1,6 @@
 //! Gaussian splats.
 
-use ndf_core::{ImplicitField, Progress};
+use ndf_core::{DVec3, ImplicitField, Progress};
 use ndf_formats::splats::{Splat, SplatFormat, parse_splats, splats_of_tensors};
 use ndf_formats::tensors::{Container, is_tensor_file};
 use ndf_surfaces::LevelSetSurface;
@@ -11,6 +11,7 @@ use crate::describe::{Described, Description, SplatsDescription};
 use crate::kind::Kind;
 use crate::note::Note;
 use crate::opened::{Level, LevelRule, Opened};
+use crate::range::check_range;
 
 /// Files of splats.
 pub(super) struct Splats;
@@ -59,6 +60,9 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Read, OpenError> {
             parse_splats(&content.bytes).map_err(|source| OpenError::SplatFile { name: name(), source })?
         }
     };
+    let centers: Vec<DVec3> =
+        splats.iter().filter(|splat| splat.is_sound()).map(|splat| DVec3::from_array(splat.center)).collect();
+    check_range(&centers).map_err(|source| OpenError::Range { name: name(), source })?;
     let density = SplatDensity::new(&splats, &DensityOptions::default())
         .map_err(|source| OpenError::NoSplats { name: name(), source })?;
     let report = density.report();

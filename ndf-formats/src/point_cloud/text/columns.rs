@@ -241,15 +241,31 @@ impl Meaning {
 /// Fewest rows whose first column is told to be their number.
 const COUNTED: usize = 10;
 
-/// Whether the first of four columns or more is the number of the row, from 0 or 1: no surface has its points one step
-/// after another.
+/// Whether the first of four columns or more is the number of the row: no surface has its points one step after another.
+/// Numbers from 0 or 1 leave none out; others are whole and grow, before a place that is not whole.
 pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
     let first = values.first().copied().unwrap_or(f64::NAN);
     let rows = || values.chunks(columns);
-    columns > 3
-        && rows().len() >= COUNTED
-        && (first == 0.0 || first == 1.0)
-        && rows().enumerate().all(|(i, row)| row[0] == first + i as f64)
+    if columns < 4 || rows().len() < COUNTED {
+        return false;
+    }
+    let counts =
+        (first == 0.0 || first == 1.0) && rows().enumerate().all(|(i, row)| row[0] == first + i as f64);
+    let grows = || {
+        let is_whole = |row: &[f64]| row[0] >= 0.0 && row[0].fract() == 0.0;
+        rows().all(is_whole) && rows().zip(rows().skip(1)).all(|(row, next)| row[0] < next[0])
+    };
+    let has_fractions = |column: usize| rows().any(|row| row[column].fract() != 0.0);
+    counts || ((1..4).all(has_fractions) && grows())
+}
+
+/// Whether a first row has the numbers of its columns, 0, 1, 2 and so on, perhaps behind an empty field, and those after it
+/// are not whole: so pandas writes columns that have no names.
+pub(super) fn numbers_columns(first: &[&str], mut others: impl Iterator<Item = Vec<f64>>) -> bool {
+    let numbers = first.strip_prefix(&[""]).unwrap_or(first);
+    let counts = numbers.iter().enumerate().all(|(i, number)| number.parse() == Ok(i));
+    let is_broken = |row: Vec<f64>| row.iter().any(|number| number.fract() != 0.0);
+    numbers.len() >= 3 && counts && others.next().is_some_and(is_broken) && others.all(is_broken)
 }
 
 /// What was found about normals.

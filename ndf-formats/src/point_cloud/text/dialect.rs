@@ -1,7 +1,9 @@
 //! How a text parts its numbers, and writes them.
 
 /// Rows that are looked at to tell.
-const SAMPLED: usize = 100;
+pub(super) const SAMPLED: usize = 100;
+/// Fewest rows by which groups of digits are told from three decimals.
+const ENOUGH: usize = 10;
 
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,11 +19,15 @@ pub(super) enum Dialect {
 
 impl Dialect {
     /// Commas part numbers, unless every row has three fields or more, parted by blanks, tabs or semicolons, that are
-    /// numbers with decimal commas, or numbers with commas between groups of three digits before a decimal point.
+    /// numbers with decimal commas, or numbers with commas between groups of three digits before a decimal point. Numbers
+    /// that may be both (`1,234`) have groups if their column has numbers below 1,000 too, without a comma: decimals of which
+    /// none ends in 0 are rarely three for all that have some.
     pub(super) fn of(text: &str) -> Self {
         let mut is_possible = [true; 2];
         let mut is_seen = [false; 2];
         let mut sampled = 0;
+        // Of every column, whether it has numbers with commas, and without.
+        let mut columns: Vec<[bool; 2]> = Vec::new();
         for (_, row) in rows(text) {
             // Titles and names.
             if sampled == 0
@@ -44,14 +50,20 @@ impl Dialect {
             // A comma and a point, or two commas.
             let marks = |field: &&str| field.contains(',') && field.matches([',', '.']).count() > 1;
             is_seen[1] |= fields.iter().any(marks);
+            columns.resize(columns.len().max(fields.len()), [false; 2]);
+            for (column, field) in columns.iter_mut().zip(&fields) {
+                column[0] |= field.contains(',');
+                column[1] |= Self::Plain.number(field).is_some_and(|number| number != 0.0);
+            }
             sampled += 1;
             if sampled == SAMPLED || is_possible == [false; 2] {
                 break;
             }
         }
-        match [is_possible[0] && is_seen[0], is_possible[1] && is_seen[1]] {
-            [true, _] => Self::DecimalComma,
-            [false, true] => Self::GroupedByCommas,
+        let is_mixed = sampled >= ENOUGH && columns.contains(&[true; 2]);
+        match [is_possible[0] && is_seen[0], is_possible[1] && (is_seen[1] || is_mixed)] {
+            [true, false] => Self::DecimalComma,
+            [_, true] => Self::GroupedByCommas,
             [false, false] => Self::Plain,
         }
     }
@@ -91,7 +103,7 @@ impl Dialect {
         }
         let parts = |c: char| is_separator(c) || (c == ',' && self == Self::Plain);
         let words = row.split(parts).filter(|word| !word.is_empty());
-        words.map(|word| self.number(word)).collect()
+        words.map(|word| if is_unmeasured(word) { Some(f64::NAN) } else { self.number(word) }).collect()
     }
 
     /// The fields of a row by their places: empty ones count where something other than blanks parts them.
@@ -135,7 +147,8 @@ fn ungrouped(word: &str, group: char, decimal: char) -> Option<String> {
     for (i, digits) in groups.enumerate() {
         let leads = first.trim_start_matches(['+', '-']);
         let is_group = digits.len() == 3 && is_digits(digits);
-        if !is_group || (i == 0 && !(1..=3).contains(&leads.len())) || !is_digits(leads) {
+        let may_lead = (1..=3).contains(&leads.len()) && is_digits(leads) && !leads.starts_with('0');
+        if !is_group || (i == 0 && !may_lead) {
             return None;
         }
         number.push_str(digits);

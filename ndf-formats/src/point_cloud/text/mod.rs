@@ -17,7 +17,7 @@ use ndf_mesh::io::beginning_to_sniff;
 
 use super::{CloudFormat, FileDefect, Parsed, RawCloud};
 use columns::{Columns, Named};
-use dialect::Dialect;
+use dialect::{Dialect, SAMPLED};
 
 pub use columns::UnknownColumns;
 
@@ -140,7 +140,14 @@ fn read_numbers(text: &str, dialect: &Dialect, path: &Path) -> Parsed {
     let mut scans: Vec<Scan> = Vec::new();
     let mut columns = 0;
     let mut values: Vec<f64> = Vec::new();
+    let is_numbers_of_columns = |row: &str| {
+        let others = dialect::rows(text).skip(1).take(SAMPLED);
+        columns::numbers_columns(&dialect.fields(row), others.filter_map(|(_, row)| dialect.numbers(row)))
+    };
     for (position, (line, row)) in dialect::rows(text).enumerate() {
+        if position == 0 && is_numbers_of_columns(row) {
+            continue;
+        }
         let numbers = dialect.numbers(row);
         let wrong = |problem: String| FileDefect::Syntax { line, problem: problem.into() };
         match numbers {

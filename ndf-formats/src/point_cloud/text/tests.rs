@@ -90,6 +90,17 @@ fn groups_of_digits_are_one_number() {
             }
         }
     }
+    // Whole numbers, below a thousand in some places.
+    let whole = |i: u32| {
+        [700 + 37 * i, 64_000 + i * i, 990 + i]
+            .map(|x| grouped(f64::from(x), ',', '.').split('.').next().unwrap().to_owned())
+    };
+    let rows: String = (0..60).map(|i| whole(i).join(";") + "\n").collect();
+    let file = read_as("a.txt", &rows, None).unwrap();
+    assert_eq!(file.cloud.positions()[30], DVec3::new(1810.0, 64_900.0, 1020.0));
+    // Three decimals, behind numbers of rows.
+    let rows = text("", |i, p, _| format!("{i};{:.3};{:.3};{:.3}", p.x, p.y, p.z).replace('.', ","));
+    assert!(read_as("a.txt", &rows, None).unwrap().cloud.positions()[30].distance(points(60)[30][0]) < 1e-3);
     // Groups of any other length are no numbers.
     for rows in ["1.2345,5 2,0 3,0\n", "12.34,5 2,0 3,0\n", "1.234.5 2,0 3,0\n"] {
         assert!(read_as("a.txt", &rows.repeat(20), None).is_err(), "{rows}");
@@ -105,6 +116,8 @@ fn no_row_is_taken_for_a_heading() {
     // What was not measured is left out, and counted.
     let lacking = check("a.csv", &format!("x,y,z\nNA,1,2\n,1,2\nNA,NA,2\n{rows}"), None, false);
     assert_eq!(lacking.report.not_finite, 3);
+    let lacking = check("a.csv", &format!("NA,NA,NA\n{rows}nan,1,2\n"), None, false);
+    assert_eq!(lacking.report.not_finite, 2);
     for (beginning, line) in [
         ("x,y,z\n1,2,abc\n", 2),
         ("x,y,z\n1,2\n", 2),
@@ -180,8 +193,32 @@ fn numbers_of_rows_are_no_places() {
     }
     let rows = text("", |i, p, _| format!("{} {} {}", p.x, p.y, i));
     assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
-    let rows = text("", |i, p, _| format!("{} {}", 2 * i, vector(p, " ")));
-    assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
+    // Numbers of what is left of a longer table.
+    for number in [|i: usize| 2 * i, |i| i * i + 7] {
+        let rows = text("", |i, p, _| format!("{} {}", number(i), vector(p, " ")));
+        assert!(check("a.txt", &rows, None, false).report.numbered);
+    }
+    // Places of voxels, and places in no order.
+    for row in [|i: usize| [2 * i, i * i, i / 2, 0], |i| [7 * i % 60, i, i * i, 1]] {
+        let rows = text("", |i, _, _| row(i).map(|x| x.to_string()).join(" "));
+        assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
+    }
+}
+
+#[test]
+fn numbers_of_columns_are_a_heading() {
+    check("a.csv", &text("0,1,2\n", |_, p, _| vector(p, ",")), None, false);
+    check(
+        "a.csv",
+        &text("0,1,2,3,4,5\n", |_, p, n| format!("{},{}", vector(p, ","), vector(n, ","))),
+        None,
+        true,
+    );
+    let indexed = check("a.csv", &text(",0,1,2\n", |i, p, _| format!("{i},{}", vector(p, ","))), None, false);
+    assert!(indexed.report.numbered);
+    // A voxel there.
+    let voxels = (0..60).map(|i| format!("{},{},{}\n", i, i + 1, i + 2 + i % 7)).collect::<String>();
+    assert_eq!(read_as("a.csv", &voxels, None).unwrap().cloud.positions().len(), 60);
 }
 
 #[test]
