@@ -69,6 +69,14 @@ pub(crate) struct Options {
     out: PathBuf,
 }
 
+impl Options {
+    /// One study on one mesh, with few epochs.
+    pub(crate) fn quick(mesh: PathBuf, epochs: usize, out: PathBuf) -> Self {
+        let studies = vec![Study::Features];
+        Self { studies, mesh: vec![mesh], base_faces: 1000, case: Vec::new(), epochs: Some(epochs), out }
+    }
+}
+
 /// One run of a study.
 struct Case {
     label: String,
@@ -79,17 +87,17 @@ struct Case {
 
 /// A line of a study's file: what came of a case.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Run {
+pub(crate) struct Run {
     case: String,
     /// Distances to the surface, in the box of side 3.
-    rms: f64,
-    max: f64,
+    pub(crate) rms: f64,
+    pub(crate) max: f64,
     #[serde(rename = "cycle loss")]
-    cycle_loss: Option<f64>,
+    pub(crate) cycle_loss: Option<f64>,
     /// Share of samples whose normals oppose the surface's.
-    flipped: f64,
-    epochs: usize,
-    seconds: f64,
+    pub(crate) flipped: f64,
+    pub(crate) epochs: usize,
+    pub(crate) seconds: f64,
     #[serde(rename = "of these projecting")]
     seconds_projecting: f64,
     /// Projection losses along the way; empty in files of before they were kept.

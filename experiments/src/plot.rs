@@ -17,12 +17,30 @@ pub(crate) fn error_by_bytes(
 ) -> Result<String, Box<dyn std::error::Error>> {
     let lines = positive(lines, |(x, y)| x.min(y));
     let axes = Axes {
-        x: widened(&lines, |p| p.0, [0.8, 1.25]).log_scale(),
+        x: with_room(widened(&lines, |p| p.0, [0.8, 1.25]), lines.len()).log_scale(),
         x_name: "bytes",
         x_label: &|x| format!("{:.0} kB", x / 1000.0),
         y: widened(&lines, |p| p.1, [0.7, 1.4]),
         y_name: error,
         // Ticks are sums of floats: 0.6000000000000001.
+        y_label: &|y| format!("{}", (y * 1e6).round() / 1e6),
+    };
+    draw(title, axes, &lines, Mark::Points)
+}
+
+/// Error against seconds, as above.
+pub(crate) fn error_by_seconds(
+    title: &str,
+    error: &str,
+    lines: &[Line],
+) -> Result<String, Box<dyn std::error::Error>> {
+    let lines = positive(lines, |(x, y)| x.min(y));
+    let axes = Axes {
+        x: with_room(widened(&lines, |p| p.0, [0.8, 1.25]), lines.len()).log_scale(),
+        x_name: "client seconds",
+        x_label: &|x| format!("{} s", (x * 1e6).round() / 1e6),
+        y: widened(&lines, |p| p.1, [0.7, 1.4]),
+        y_name: error,
         y_label: &|y| format!("{}", (y * 1e6).round() / 1e6),
     };
     draw(title, axes, &lines, Mark::Points)
@@ -81,6 +99,12 @@ fn widened(lines: &[Line], coordinate: fn(&(f64, f64)) -> f64, [below, above]: [
         (Some(least), Some(most)) => below * least..above * most,
         _ => 1.0..10.0,
     }
+}
+
+/// A range of logarithms with room for a long legend on its right.
+fn with_room(range: Range<f64>, lines: usize) -> Range<f64> {
+    let room = if lines > 5 { (range.end / range.start).powf(0.5) } else { 1.0 };
+    range.start..room * range.end
 }
 
 fn draw<X>(

@@ -50,7 +50,12 @@ impl<R: Row> Rows<R> {
 
     /// Whether there is a line like this.
     pub(crate) fn contains(&self, key: &str) -> bool {
-        self.rows.iter().any(|row| row.key() == key)
+        self.find(key).is_some()
+    }
+
+    /// The line like this.
+    pub(crate) fn find(&self, key: &str) -> Option<&R> {
+        self.rows.iter().find(|row| row.key() == key)
     }
 
     /// All lines.

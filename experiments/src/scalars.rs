@@ -59,6 +59,20 @@ pub(crate) struct Options {
     /// Keep numbers in single precision
     #[arg(long)]
     lossless: bool,
+    /// Where runs and plots go; the table of docs/scalars.md is of the default folder
+    #[arg(long, default_value = FOLDER)]
+    out: PathBuf,
+}
+
+/// The folder of the runs that are kept.
+const FOLDER: &str = "docs/scalars";
+
+impl Options {
+    /// Some encodings on one mesh, elsewhere than in the documentation.
+    pub(crate) fn quick(mesh: PathBuf, only: &[&str], out: PathBuf) -> Self {
+        let only = only.iter().map(|&name| name.to_owned()).collect();
+        Self { mesh: vec![mesh], preset: Preset::Default, only, bits: None, lossless: false, out }
+    }
 }
 
 /// An encoding to be tried.
@@ -120,16 +134,16 @@ fn cases(preset: Preset) -> Vec<Case> {
 
 /// A line of the file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Run {
-    mesh: String,
+pub(crate) struct Run {
+    pub(crate) mesh: String,
     training: String,
-    encoding: String,
+    pub(crate) encoding: String,
     /// How numbers are kept.
     numbers: String,
     /// In the model file.
-    bytes: usize,
+    pub(crate) bytes: usize,
     /// Root of the mean squared error, as a share of the functions' ranges.
-    rms: f64,
+    pub(crate) rms: f64,
     /// The largest error.
     max: f64,
     epochs: usize,
@@ -145,7 +159,7 @@ impl Row for Run {
 
 /// Makes the runs that are asked for, and the page.
 pub(crate) fn run(options: &Options) -> Result<(), String> {
-    let folder = root().join("docs/scalars");
+    let folder = root().join(&options.out);
     let say = |e: std::io::Error| format!("{}: {e}", folder.display());
     fs::create_dir_all(&folder).map_err(say)?;
     let mut runs: Rows<Run> = Rows::open(folder.join("runs.csv"))?;
@@ -185,7 +199,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
             page::write(&folder, runs.all())?;
         }
     }
-    page::write(&folder, runs.all())
+    page::write(&folder, runs.all())?;
+    if options.out == Path::new(FOLDER) { page::write_table(runs.all()) } else { Ok(()) }
 }
 
 /// A model of a mesh, with default settings, and the first eigenfunctions on a mesh extracted from it. The model is kept

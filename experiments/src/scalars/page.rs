@@ -9,17 +9,26 @@ use crate::document::replace_table;
 use crate::plot::{Line, error_by_bytes};
 use crate::root;
 
-/// Writes the table and the plots.
+/// Writes the plots.
 pub(super) fn write(folder: &Path, runs: &[Run]) -> Result<(), String> {
-    let mut meshes: Vec<&str> = runs.iter().map(|run| run.mesh.as_str()).collect();
-    meshes.sort_unstable();
-    meshes.dedup();
-    for mesh in &meshes {
-        let of_mesh: Vec<&Run> = runs.iter().filter(|run| run.mesh == *mesh).collect();
+    for mesh in meshes(runs) {
+        let of_mesh: Vec<&Run> = runs.iter().filter(|run| run.mesh == mesh).collect();
         let file = folder.join(mesh).with_extension("svg");
         fs::write(&file, plot(mesh, &of_mesh)?).map_err(|e| format!("{}: {e}", file.display()))?;
     }
-    replace_table(&root().join("docs/scalars.md"), "cargo xtask scalars", &table(&meshes, runs))
+    Ok(())
+}
+
+/// Writes the table of docs/scalars.md.
+pub(super) fn write_table(runs: &[Run]) -> Result<(), String> {
+    replace_table(&root().join("docs/scalars.md"), "cargo xtask scalars", &table(&meshes(runs), runs))
+}
+
+fn meshes(runs: &[Run]) -> Vec<&str> {
+    let mut meshes: Vec<&str> = runs.iter().map(|run| run.mesh.as_str()).collect();
+    meshes.sort_unstable();
+    meshes.dedup();
+    meshes
 }
 
 fn table(meshes: &[&str], runs: &[Run]) -> String {

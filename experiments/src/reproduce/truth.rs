@@ -1,0 +1,144 @@
+//! Truths: isosurfaces of fields, remeshed finely. Meshes are kept beside the build, since a truth of a network takes minutes.
+
+use std::cell::OnceCell;
+use std::fs;
+use std::path::Path;
+
+use ndf::Opened;
+use ndf::evaluate::{ProtocolOptions, Truth};
+use ndf_core::{BoundingBox, ImplicitField, NoProgress};
+use ndf_mesh::repair::{RepairOptions, repaired};
+use ndf_mesh::{ManifoldMesh, TriangleMesh};
+use ndf_meshing::{IsotropicOptions, MarchingCubesOptions, marching_cubes, remesh_isotropically};
+
+use super::Setup;
+use super::shapes::{Role, Shape};
+use crate::performance::process::{read_mesh, write_mesh};
+
+/// Cells along the box of a field in which its surface is found first.
+const FINDING: u32 = 64;
+/// Rounds of remeshing, as many as the supplement's program has.
+const ROUNDS: u32 = 10;
+
+/// A shape with what others are compared with, which is made when it is first needed.
+pub(super) struct Subject<'a> {
+    pub(super) shape: &'a Shape,
+    setup: &'a Setup,
+    parts: OnceCell<Parts>,
+}
+
+/// What is made of a shape.
+pub(super) struct Parts {
+    pub(super) opened: Opened,
+    /// Isosurface on the finest grid: what methods get that start from a mesh.
+    pub(super) isosurface: ManifoldMesh,
+    pub(super) truth: Truth,
+    /// How the truth was made.
+    pub(super) made: String,
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(shape: &'a Shape, setup: &'a Setup) -> Self {
+        Self { shape, setup, parts: OnceCell::new() }
+    }
+
+    /// What is made of it.
+    pub(super) fn parts(&self) -> Result<&Parts, String> {
+        match self.parts.get() {
+            Some(parts) => Ok(parts),
+            None => {
+                let parts = Parts::new(self.shape, self.setup)?;
+                Ok(self.parts.get_or_init(|| parts))
+            }
+        }
+    }
+}
+
+impl Parts {
+    fn new(shape: &Shape, setup: &Setup) -> Result<Self, String> {
+        let opened = shape.open()?;
+        let scale = &setup.scale;
+        let grid = if shape.role == Role::Mesh { scale.mesh_grid } else { scale.field_grid };
+        let say = |e: String| format!("{}: {e}", shape.name);
+        let isosurface = || -> Result<ManifoldMesh, String> {
+            let field = field(&opened)?;
+            isosurface(field, surface_bounds(field)?, grid)
+        };
+        eprintln!("{}: making the truth", shape.name);
+        let stem = format!("{}-{:?}-{grid}", shape.name, shape.role).to_lowercase();
+        let isosurface = kept(&setup.cache, &stem, isosurface).map_err(say)?;
+        let edge_length = scale.truth_edge * unit(&isosurface.bounds());
+        let remeshed = || {
+            let options = IsotropicOptions { edge_length, rounds: ROUNDS };
+            remesh_isotropically(&isosurface, None, &options, &NoProgress).map_err(|e| e.to_string())
+        };
+        let fine = kept(&setup.cache, &format!("{stem}-{}", scale.truth_edge), remeshed).map_err(say)?;
+        let made = format!(
+            "marching cubes on {grid} cells, isotropic remeshing to {}: {} faces",
+            scale.truth_edge,
+            fine.face_count()
+        );
+        eprintln!("{}: the truth is {made}", shape.name);
+        let truth = Truth::new(fine, &ProtocolOptions::default(), &NoProgress);
+        Ok(Self { opened, isosurface, truth: truth.map_err(|e| say(e.to_string()))?, made })
+    }
+
+    /// A length of the box in units of the shape.
+    pub(super) fn unit(&self) -> f64 {
+        unit(&self.truth.mesh().bounds())
+    }
+
+    /// The box of the surface, with room for it.
+    pub(super) fn bounds(&self) -> BoundingBox {
+        let bounds = self.truth.mesh().bounds();
+        bounds.padded(0.01 * bounds.extent().max_element())
+    }
+
+    /// The field whose level set the surface is.
+    pub(super) fn field(&self) -> Result<&dyn ImplicitField, String> {
+        field(&self.opened)
+    }
+}
+
+/// One unit of the box [-1.5, 1.5]³ that bounds fill.
+fn unit(bounds: &BoundingBox) -> f64 {
+    bounds.extent().max_element() / 3.0
+}
+
+fn field(opened: &Opened) -> Result<&dyn ImplicitField, String> {
+    let surface = opened.field_surface().and_then(|surface| surface.as_field());
+    surface.ok_or_else(|| "it has no field".to_owned())
+}
+
+/// Where the surface of a field is, within the bounds of the field.
+fn surface_bounds(field: &dyn ImplicitField) -> Result<BoundingBox, String> {
+    let found = isosurface(field, field.bounds(), FINDING)?.bounds();
+    Ok(found.padded(field.bounds().extent().max_element() / f64::from(FINDING)))
+}
+
+/// The largest component of an isosurface.
+fn isosurface(field: &dyn ImplicitField, bounds: BoundingBox, grid: u32) -> Result<ManifoldMesh, String> {
+    let options = MarchingCubesOptions { grid, bounds: Some(bounds), ..MarchingCubesOptions::default() };
+    let found = marching_cubes(field, &options, &NoProgress).map_err(|e| e.to_string())?;
+    largest_component(&found.mesh)
+}
+
+/// The largest component alone (supplement, §2.1), as a manifold.
+pub(super) fn largest_component(mesh: &TriangleMesh) -> Result<ManifoldMesh, String> {
+    repaired(mesh, &RepairOptions::LARGEST).map(|found| found.mesh).map_err(|e| e.to_string())
+}
+
+/// A mesh of the folder, made first where it is not there.
+fn kept(
+    folder: &Path,
+    stem: &str,
+    make: impl FnOnce() -> Result<ManifoldMesh, String>,
+) -> Result<ManifoldMesh, String> {
+    if let Ok(mesh) = read_mesh(folder, stem) {
+        return ManifoldMesh::try_from(mesh).map_err(|e| format!("{}: {e}", folder.join(stem).display()));
+    }
+    let mesh = make()?;
+    fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    write_mesh(folder, stem, &mesh)?;
+    Ok(mesh)
+}
