@@ -144,6 +144,7 @@ pub(super) fn draco(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Re
                     (Ok(coded), Some(same)) if same.left_out.is_empty() => Run {
                         method: method.to_owned(),
                         bytes: Some(coded.bytes),
+                        seconds_making: Some(coded.making),
                         seconds_extraction: Some(coded.decoding),
                         ..same
                     },

@@ -25,7 +25,7 @@ pub(crate) enum Learned {
 }
 
 /// A line of `fits.csv`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct FitRow {
     pub(crate) shape: String,
     pub(crate) kind: String,
@@ -47,6 +47,9 @@ pub(crate) struct FitRow {
     pub(crate) cycle_loss: Option<f64>,
     pub(crate) flipped: f64,
     pub(crate) load: Option<f64>,
+    /// Why there is no model.
+    #[serde(default)]
+    pub(crate) left_out: String,
 }
 
 impl Row for FitRow {
@@ -79,7 +82,11 @@ pub(super) fn model(shape: &Shape, learned: Learned, setup: &Setup) -> Result<(V
     let file = setup.cache.join(file);
     let opened = shape.open()?;
     let kind = opened.kind.to_string();
-    let known = rows.all().iter().find(|r| r.shape == shape.name && r.kind == kind && r.model == name);
+    let known = rows
+        .all()
+        .iter()
+        .find(|r| r.shape == shape.name && r.kind == kind && r.model == name)
+        .filter(|row| row.left_out.is_empty());
     if let (Some(row), Ok(bytes)) = (known, fs::read(&file)) {
         return Ok((bytes, row.seconds));
     }
@@ -119,8 +126,21 @@ pub(super) fn model(shape: &Shape, learned: Learned, setup: &Setup) -> Result<(V
         cycle_loss: fitted.report.cycle_loss,
         flipped: fitted.report.flipped_fraction,
         load: load(),
+        left_out: String::new(),
     })?;
     Ok((bytes, seconds))
+}
+
+/// Keeps the reason why there is no model.
+pub(super) fn put_left_out(
+    shape: &Shape,
+    learned: Learned,
+    setup: &Setup,
+    left_out: String,
+) -> Result<(), String> {
+    let mut rows: Rows<FitRow> = Rows::open(setup.out.join("fits.csv"))?;
+    let (kind, model) = (format!("{:?}", shape.role).to_lowercase(), learned.name(setup.scale.paper_epochs));
+    rows.put(FitRow { shape: shape.name.clone(), kind, model, left_out, load: load(), ..FitRow::default() })
 }
 
 /// The model in bytes.

@@ -26,6 +26,7 @@ use clap::{Args, ValueEnum};
 
 use crate::root;
 use fits::{Learned, model};
+use row::Run;
 use runs::Runs;
 use scale::Scale;
 use shapes::{Role, Shape};
@@ -165,9 +166,7 @@ fn make(setup: &Setup, all: &[Shape], wanted: &dyn Fn(Experiment) -> bool) -> Re
     for turn in 0..longest {
         for shapes in &mut roles {
             let Some(shape) = shapes.get(turn) else { continue };
-            if let Err(reason) = of_shape(shape, setup, wanted) {
-                eprintln!("{} is left out: {reason}", shape.name);
-            }
+            of_shape(shape, setup, wanted)?;
         }
     }
     let meshes: Vec<&Shape> = of_role(Role::Mesh).collect();
@@ -192,32 +191,25 @@ fn make(setup: &Setup, all: &[Shape], wanted: &dyn Fn(Experiment) -> bool) -> Re
     joined::write(setup)
 }
 
+/// What is run of a shape.
+type RunAll = fn(&Subject<'_>, &Setup, &mut Runs) -> Result<(), String>;
+
 /// Isosurfacing, compression and Draco, as a shape's role has it. Compressed meshes of networks are there for the plot of everything.
+/// What ends an experiment on this shape is kept as the reason of a run.
 fn of_shape(shape: &Shape, setup: &Setup, wanted: &dyn Fn(Experiment) -> bool) -> Result<(), String> {
     let subject = Subject::new(shape, setup);
-    let open = |experiment: Experiment| Runs::open(setup, experiment);
-    match shape.role {
+    let experiments: &[(Experiment, RunAll)] = match shape.role {
         Role::Network => {
-            if wanted(Experiment::Isosurfacing) {
-                isosurfacing::run(&subject, setup, &mut open(Experiment::Isosurfacing)?)?;
-            }
-            if wanted(Experiment::Compression) || wanted(Experiment::Plot3d) {
-                compression::rivals(&subject, setup, &mut open(Experiment::Compression)?)?;
-            }
+            &[(Experiment::Isosurfacing, isosurfacing::run), (Experiment::Compression, compression::rivals)]
         }
-        Role::Cloud => {
-            if wanted(Experiment::Winding) {
-                isosurfacing::run(&subject, setup, &mut open(Experiment::Winding)?)?;
-            }
-        }
-        Role::Density => {}
-        Role::Mesh => {
-            if wanted(Experiment::Compression) {
-                compression::run(&subject, setup, &mut open(Experiment::Compression)?)?;
-            }
-            if wanted(Experiment::Draco) {
-                compression::draco(&subject, setup, &mut open(Experiment::Draco)?)?;
-            }
+        Role::Cloud => &[(Experiment::Winding, isosurfacing::run)],
+        Role::Mesh => &[(Experiment::Compression, compression::run), (Experiment::Draco, compression::draco)],
+        Role::Density => &[],
+    };
+    for &(experiment, run) in experiments.iter().filter(|(experiment, _)| wanted(*experiment)) {
+        let mut runs = Runs::open(setup, experiment)?;
+        if let Err(reason) = run(&subject, setup, &mut runs) {
+            runs.put(Run::left_out(&shape.name, &format!("{:?}", shape.role), "all methods", &reason))?;
         }
     }
     Ok(())
@@ -231,7 +223,7 @@ fn of_models<'a>(setup: &Setup, shapes: impl Iterator<Item = &'a Shape>) -> Resu
                 return Ok(());
             }
             if let Err(reason) = model(shape, learned, setup) {
-                eprintln!("{reason}");
+                fits::put_left_out(shape, learned, setup, reason)?;
             }
         }
     }

@@ -89,6 +89,18 @@ impl Task {
 }
 
 impl Run {
+    /// A run that cannot be had.
+    pub(super) fn left_out(shape: &str, kind: &str, method: &str, reason: &str) -> Self {
+        Self {
+            shape: shape.to_owned(),
+            kind: kind.to_lowercase(),
+            method: method.to_owned(),
+            left_out: reason.to_owned(),
+            load: load(),
+            ..Self::default()
+        }
+    }
+
     /// The error by which methods are judged.
     pub(crate) fn error(&self, task: Task) -> Option<f64> {
         match task {

@@ -33,7 +33,7 @@ const PICTURE: (usize, usize) = (300, 240);
 const STRIPES: &str = "stripe patterns";
 
 /// A picture, or why there is none.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Picture {
     pub(super) shape: String,
     pub(super) kind: String,
@@ -75,7 +75,13 @@ pub(super) fn run(setup: &Setup, all: &[Shape]) -> Result<(), String> {
         }
         match drawn(setup, shape) {
             Ok(pictures) => pictures.into_iter().try_for_each(|picture| rows.put(picture))?,
-            Err(reason) => eprintln!("{}: no pictures: {reason}", shape.name),
+            Err(reason) => rows.put(Picture {
+                shape: shape.name.clone(),
+                kind: format!("{:?}", shape.role).to_lowercase(),
+                scalar: "all".to_owned(),
+                left_out: reason,
+                ..Picture::default()
+            })?,
         }
     }
     Ok(())
