@@ -132,6 +132,7 @@ where
         .y_desc(axes.y_name)
         .x_label_formatter(axes.x_label)
         .y_label_formatter(axes.y_label)
+        .x_labels(8)
         .max_light_lines(0)
         .draw()?;
     for (k, (name, points)) in lines.iter().enumerate() {

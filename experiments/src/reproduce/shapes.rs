@@ -55,7 +55,7 @@ const MESHES: [&str; 9] = [
 ];
 
 /// Clouds: files of the folder `points_oriented`.
-const CLOUDS: [&str; 2] = ["bacon_ref_armadillo.xyz", "elephant.pwn"];
+const CLOUDS: [&str; 2] = ["elephant.pwn", "bacon_ref_armadillo.xyz"];
 
 /// Radiance fields and splats: files of the folders.
 const DENSITIES: [&str; 2] =

@@ -59,18 +59,20 @@ pub(super) fn run_times(fits: &[FitRow]) -> String {
     ];
     let mut text = String::new();
     for kind in ["mesh", "neus", "oriented-cloud"] {
-        let of = |is_paper: bool| {
-            let of_kind =
-                fits.iter().filter(|fit| fit.kind == kind && fit.model.starts_with(PAPER) == is_paper);
-            of_kind.filter(|fit| is_paper || fit.epochs.is_none()).map(|fit| fit.seconds).reduce(f64::max)
-        };
-        let Some(ours) = of(false) else { continue };
-        let paper = of(true).map_or_else(String::new, |seconds| {
-            format!(", the preset of the paper {} on the same processor", duration(seconds))
+        let of_kind = || fits.iter().filter(|fit| fit.kind == kind);
+        let longest = |a: &&FitRow, b: &&FitRow| a.seconds.total_cmp(&b.seconds);
+        let Some(ours) = of_kind().filter(|fit| fit.epochs.is_none()).max_by(longest) else { continue };
+        let paper = of_kind().filter(|fit| fit.model.starts_with(PAPER)).max_by(longest);
+        let paper = paper.map_or_else(String::new, |fit| {
+            let epochs = fit.epochs.unwrap_or_default();
+            format!(
+                ", {epochs} epochs of the preset of the paper {} on the same processor",
+                duration(fit.seconds)
+            )
         });
         text += &paragraph(&format!(
             "{kind}: models of levels took at most {}{paper}; the supplement has {} on a GPU.",
-            duration(ours),
+            duration(ours.seconds),
             of_the_paper(kind)
         ));
     }
