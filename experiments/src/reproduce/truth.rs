@@ -1,6 +1,7 @@
 //! Truths: isosurfaces of fields, remeshed finely. Meshes are kept beside the build, since a truth of a network takes minutes.
 
 use std::cell::OnceCell;
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
@@ -123,9 +124,58 @@ fn isosurface(field: &dyn ImplicitField, bounds: BoundingBox, grid: u32) -> Resu
     largest_component(&found.mesh)
 }
 
-/// The largest component alone (supplement, §2.1), as a manifold.
+/// The largest component alone (supplement, §2.1), as a manifold. Meshes that touch themselves along an edge are cut there.
 pub(super) fn largest_component(mesh: &TriangleMesh) -> Result<ManifoldMesh, String> {
-    repaired(mesh, &RepairOptions::LARGEST).map(|found| found.mesh).map_err(|e| e.to_string())
+    let found = repaired(mesh, &RepairOptions::LARGEST).or_else(|_| {
+        let options = RepairOptions { keep_seams: true, ..RepairOptions::LARGEST };
+        repaired(&cut_at_edges_of_many_faces(mesh), &options)
+    });
+    found.map(|found| found.mesh).map_err(|e| e.to_string())
+}
+
+/// The same faces, joined across edges of two faces alone.
+fn cut_at_edges_of_many_faces(mesh: &TriangleMesh) -> TriangleMesh {
+    // Corners of faces by the edges that begin in them, either way round.
+    let mut edges: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    for (f, face) in mesh.faces().iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (face[k], face[(k + 1) % 3]);
+            edges.entry([a.min(b), a.max(b)]).or_default().push(3 * f + k);
+        }
+    }
+    let corners: Vec<u32> = mesh.faces().as_flattened().to_vec();
+    // Corners that are one, as a forest.
+    let mut parents: Vec<usize> = (0..corners.len()).collect();
+    let root = |parents: &mut Vec<usize>, mut corner: usize| {
+        while parents[corner] != corner {
+            parents[corner] = parents[parents[corner]];
+            corner = parents[corner];
+        }
+        corner
+    };
+    let next = |corner: usize| corner - corner % 3 + (corner + 1) % 3;
+    for sides in edges.values().filter(|sides| sides.len() == 2) {
+        for a in [sides[0], next(sides[0])] {
+            for b in [sides[1], next(sides[1])] {
+                if corners[a] == corners[b] {
+                    let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+                    parents[a.max(b)] = a.min(b);
+                }
+            }
+        }
+    }
+    let mut numbers: Vec<Option<u32>> = vec![None; corners.len()];
+    let mut positions = Vec::new();
+    let mut faces = vec![[0; 3]; mesh.face_count()];
+    for corner in 0..corners.len() {
+        let of = root(&mut parents, corner);
+        let number = *numbers[of].get_or_insert_with(|| {
+            positions.push(mesh.positions()[corners[of] as usize]);
+            positions.len() as u32 - 1
+        });
+        faces[corner / 3][corner % 3] = number;
+    }
+    TriangleMesh::new(positions, faces).expect("all corners have vertices")
 }
 
 /// A mesh of the folder, made first where it is not there.
@@ -141,4 +191,37 @@ fn kept(
     fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     write_mesh(folder, stem, &mesh)?;
     Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use ndf_core::DVec3;
+    use ndf_mesh::shapes;
+
+    use super::*;
+
+    #[test]
+    fn cubes_that_touch_along_an_edge_are_cut_there() {
+        let cube = shapes::cube(1);
+        let moved =
+            cube.map_positions(|p| p + DVec3::new(cube.bounds().extent().x, cube.bounds().extent().y, 0.0));
+        // Vertices in one place are one.
+        let mut positions = cube.positions().to_vec();
+        let mut place = |p: DVec3| {
+            let near = |q: &DVec3| q.distance(p) < 1e-9;
+            positions.iter().position(near).unwrap_or_else(|| {
+                positions.push(p);
+                positions.len() - 1
+            }) as u32
+        };
+        let numbers: Vec<u32> = moved.positions().iter().map(|&p| place(p)).collect();
+        let others = moved.faces().iter().map(|face| face.map(|v| numbers[v as usize]));
+        let faces: Vec<[u32; 3]> = cube.faces().iter().copied().chain(others).collect();
+        let both = TriangleMesh::new(positions, faces).unwrap();
+        assert!(ManifoldMesh::try_from(both.clone()).is_err());
+        assert_eq!(cut_at_edges_of_many_faces(&both).vertex_count(), both.vertex_count() + 2);
+        let largest = largest_component(&both).unwrap();
+        assert_eq!(largest.face_count(), cube.face_count());
+        assert_eq!(largest.topology().boundary_edge_count(), 0);
+    }
 }
