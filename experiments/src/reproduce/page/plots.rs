@@ -65,7 +65,7 @@ impl Plots<'_> {
         points
     }
 
-    /// A line a method, in the order of costs.
+    /// A line a method, from the largest error to the least.
     fn lines(&self, points: &[Point]) -> Vec<Line> {
         let mut lines: Vec<Line> = Vec::new();
         for point in points {
@@ -77,7 +77,7 @@ impl Plots<'_> {
                 None => lines.push((name.to_owned(), vec![place])),
             }
         }
-        lines.iter_mut().for_each(|(_, places)| places.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        lines.iter_mut().for_each(|(_, places)| places.sort_by(|a, b| b.1.total_cmp(&a.1)));
         lines.sort_by_key(|(name, _)| !name.starts_with("ours"));
         lines
     }
