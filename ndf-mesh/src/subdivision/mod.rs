@@ -10,6 +10,7 @@
 mod creases;
 
 use ndf_core::DVec3;
+use rayon::prelude::*;
 
 use crate::ManifoldMesh;
 
@@ -34,7 +35,15 @@ impl Side {
     pub fn is_boundary(&self) -> bool {
         self.across[1] == NONE
     }
+
+    /// Weights of its ends and of the vertices across it in its new vertex.
+    fn weights(&self) -> (f64, f64) {
+        if self.is_sharp { (0.5, 0.0) } else { (0.375, 0.125) }
+    }
 }
+
+/// Edges or vertices that a thread takes at a time.
+const GRAIN: usize = 4096;
 
 /// The connectivity of a mesh, to be refined again and again.
 #[derive(Clone, Debug)]
@@ -143,11 +152,9 @@ impl Refinement {
     #[must_use]
     pub fn refined(&self) -> Self {
         let (v, e) = (self.vertex_count as u32, self.edges.len() as u32);
-        let mut faces = Vec::with_capacity(4 * self.faces.len());
+        let faces = self.refined_faces();
         let mut face_edges = Vec::with_capacity(4 * self.faces.len());
         for (f, (&[a, b, c], &sides)) in (0..).zip(self.faces.iter().zip(&self.face_edges)) {
-            let [ab, bc, ca] = sides.map(|s| v + s);
-            faces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
             // The half of a side that begins at this corner, and the side that cuts off corner k.
             let half =
                 |k: usize, end: u32| 2 * sides[k] + u32::from(self.edges[sides[k] as usize].ends[0] != end);
@@ -178,6 +185,78 @@ impl Refinement {
             }
         }
         finer
+    }
+
+    /// Corners of the faces of the next level, as [`refined`](Self::refined) has them. O(n).
+    pub fn refined_faces(&self) -> Vec<[u32; 3]> {
+        let v = self.vertex_count as u32;
+        let of = |(&[a, b, c], sides): (&[u32; 3], &[u32; 3])| {
+            let [ab, bc, ca] = sides.map(|s| v + s);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        self.faces.par_iter().zip(&self.face_edges).with_min_len(GRAIN).flat_map_iter(of).collect()
+    }
+
+    /// Where the vertices of the next level end, by their positions there: as its own [`limit`](Self::limit) up to rounding,
+    /// without its connectivity. O(n).
+    ///
+    /// # Panics
+    /// If the number of positions is not that of the vertices of the next level.
+    pub fn refined_limit(&self, finer: &[DVec3]) -> Vec<DVec3> {
+        assert_eq!(finer.len(), self.vertex_count + self.edges.len());
+        let (old, new) = finer.split_at(self.vertex_count);
+        // The neighbours of an old vertex are in the middles of its edges.
+        let weights: Vec<Weights> = self.rings.iter().map(|&ring| Weights::limit(ring)).collect();
+        let mut limit = Vec::with_capacity(finer.len());
+        limit.extend(old.iter().zip(&weights).map(|(&p, weights)| weights.own * p));
+        for (side, &middle) in self.edges.iter().zip(new) {
+            for v in side.ends.into_iter().filter(|&v| self.counts(v, side)) {
+                limit[v as usize] += weights[v as usize].ring * middle;
+            }
+        }
+        // Those of a new one are the ends of its edge, and in the middles of the other sides of both faces.
+        let mut beside = vec![DVec3::ZERO; new.len()];
+        for sides in &self.face_edges {
+            let [p, q, r] = sides.map(|e| new[e as usize]);
+            for (&e, sum) in sides.iter().zip([q + r, r + p, p + q]) {
+                beside[e as usize] += sum;
+            }
+        }
+        let [smooth, crease] =
+            [Kind::Smooth, Kind::Crease].map(|kind| Weights::limit(Ring { degree: 6, kind }));
+        let middle = |((side, &middle), beside): ((&Side, &DVec3), DVec3)| {
+            let [a, b] = side.ends.map(|v| old[v as usize]);
+            match side.is_sharp {
+                true => crease.own * middle + crease.ring * (a + b),
+                false => smooth.own * middle + smooth.ring * (a + b + beside),
+            }
+        };
+        limit.par_extend(self.edges.par_iter().zip(new).zip(beside).with_min_len(GRAIN).map(middle));
+        limit
+    }
+
+    /// Unit normals of the vertices of the next level, as its own [`normals`](Self::normals) up to rounding, without its
+    /// connectivity. O(n).
+    ///
+    /// # Panics
+    /// If the number of positions is not that of the vertices of the next level.
+    pub fn refined_normals(&self, finer: &[DVec3]) -> Vec<DVec3> {
+        assert_eq!(finer.len(), self.vertex_count + self.edges.len());
+        let mut normals = vec![DVec3::ZERO; finer.len()];
+        let cross = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a);
+        for (&[a, b, c], sides) in self.faces.iter().zip(&self.face_edges) {
+            let [ab, bc, ca] = sides.map(|e| self.vertex_count + e as usize);
+            let [a, b, c] = [a, b, c].map(|v| v as usize);
+            let [p, q, r] = [ab, bc, ca].map(|v| finer[v]);
+            let at = [cross(finer[a], p, r), cross(p, finer[b], q), cross(r, q, finer[c])];
+            let between = cross(p, q, r);
+            [a, b, c].into_iter().zip(at).for_each(|(v, n)| normals[v] += n);
+            normals[ab] += at[0] + at[1] + between;
+            normals[bc] += at[1] + at[2] + between;
+            normals[ca] += at[2] + at[0] + between;
+        }
+        normals.par_iter_mut().with_min_len(GRAIN).for_each(|n| *n = n.normalize_or_zero());
+        normals
     }
 
     /// Whether there are creases.
@@ -233,10 +312,19 @@ impl Refinement {
     /// If the number of positions is not that of the vertices.
     pub fn subdivide(&self, positions: &[DVec3]) -> Vec<DVec3> {
         assert_eq!(positions.len(), self.vertex_count);
-        let mut finer = vec![DVec3::ZERO; self.vertex_count + self.edges.len()];
-        self.subdivision_entries(|row, column, weight| {
+        let mut finer = Vec::with_capacity(self.vertex_count + self.edges.len());
+        finer.resize(self.vertex_count, DVec3::ZERO);
+        self.smoothing_entries(Weights::subdivision, &mut |row, column, weight| {
             finer[row as usize] += weight * positions[column as usize];
         });
+        let middle = |side: &Side| {
+            let (end, across) = side.weights();
+            let at =
+                |v: u32, weight: f64| if weight > 0.0 { weight * positions[v as usize] } else { DVec3::ZERO };
+            let ([a, b], [c, d]) = (side.ends, side.across);
+            at(a, end) + at(b, end) + at(c, across) + at(d, across)
+        };
+        finer.par_extend(self.edges.par_iter().with_min_len(GRAIN).map(middle));
         finer
     }
 
@@ -256,7 +344,7 @@ impl Refinement {
     pub fn subdivision_entries(&self, mut entry: impl FnMut(u32, u32, f64)) {
         self.smoothing_entries(Weights::subdivision, &mut entry);
         for (row, side) in (self.vertex_count as u32..).zip(&self.edges) {
-            let (end, across) = if side.is_sharp { (0.5, 0.0) } else { (0.375, 0.125) };
+            let (end, across) = side.weights();
             side.ends.into_iter().for_each(|v| entry(row, v, end));
             side.across.into_iter().filter(|_| across > 0.0).for_each(|v| entry(row, v, across));
         }
@@ -273,15 +361,19 @@ impl Refinement {
         for side in &self.edges {
             let [a, b] = side.ends;
             for (v, w) in [(a, b), (b, a)] {
-                let counts = match self.rings[v as usize].kind {
-                    Kind::Smooth => true,
-                    Kind::Crease => side.is_sharp,
-                    Kind::Corner => false,
-                };
-                if counts {
+                if self.counts(v, side) {
                     entry(v, w, weights[v as usize].ring);
                 }
             }
+        }
+    }
+
+    /// Whether an edge counts in the rule of its end `v`.
+    fn counts(&self, v: u32, side: &Side) -> bool {
+        match self.rings[v as usize].kind {
+            Kind::Smooth => true,
+            Kind::Crease => side.is_sharp,
+            Kind::Corner => false,
         }
     }
 
@@ -393,6 +485,24 @@ mod tests {
                 for (a, b) in limit.iter().zip(level.limit(&positions)) {
                     assert!((*a - b).length() < 1e-13);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn limits_and_normals_need_no_connectivity_of_the_next_level() {
+        for (mesh, angle) in shapes().into_iter().flat_map(|mesh| [(mesh.clone(), 9.0), (mesh, 0.7)]) {
+            let creases = Creases::by_angle(&mesh, angle, 0.9);
+            let level = Refinement::from_mesh(&mesh).with_creases(&creases);
+            let (finer, next) = (level.subdivide(mesh.positions()), level.refined());
+            assert_eq!(level.refined_faces(), next.faces());
+            let pairs = [
+                (level.refined_limit(&finer), next.limit(&finer)),
+                (level.refined_normals(&finer), next.normals(&finer)),
+            ];
+            for (found, expected) in pairs {
+                assert_eq!(found.len(), expected.len());
+                assert!(found.iter().zip(&expected).all(|(a, b)| a.distance(*b) < 1e-14));
             }
         }
     }

@@ -11,6 +11,7 @@ use crate::levels::{
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::io::FileDefect;
 use ndf_mesh::subdivision::{Creases, Refinement};
+use rayon::prelude::*;
 
 /// The tag.
 pub(super) const TAG: &str = "LEVL";
@@ -207,10 +208,12 @@ pub(super) fn read(mut r: Reader<'_>, base: &ManifoldMesh) -> Result<(Creases, V
     let creases = code_creases(&mut coder, hierarchy.level(0), flags, Creases::default());
     let mut coarser = vec![0; base.vertex_count()];
     let mut levels = Vec::with_capacity(count);
+    let neighbours: Vec<Neighbours> =
+        (0..count).into_par_iter().map(|l| Neighbours::new(hierarchy.level(l))).collect();
     for (l, (step, weights)) in steps.into_iter().zip(weights).enumerate() {
         let below = hierarchy.level(l);
         let mut displacements = vec![0; below.edges().len()];
-        code_level(&mut coder, &Clues::new(&Neighbours::new(below), &coarser), weights, &mut displacements);
+        code_level(&mut coder, &Clues::new(&neighbours[l], &coarser), weights, &mut displacements);
         if coder.is_exhausted() {
             return Err(r.truncated());
         }

@@ -57,17 +57,18 @@ impl Levels {
     pub fn surface(&self, base: &ManifoldMesh) -> Result<LevelSurface, LevelsError> {
         self.validate(base)?;
         let depth = self.levels.len() + 1;
-        let hierarchy = Hierarchy::new(base, &self.creases, depth);
+        let hierarchy = Hierarchy::new(base, &self.creases, depth - 1);
         let mut control = self.positions();
         for (l, level) in (1..).zip(&self.levels) {
             let step = f64::from(level.step);
             (control, _) = hierarchy.displaced(l, &control, |i| step * f64::from(level.displacements[i]));
         }
-        let points = hierarchy.level(depth).limit(&hierarchy.level(depth - 1).subdivide(&control));
+        let coarser = hierarchy.level(depth - 1);
+        let points = coarser.refined_limit(&coarser.subdivide(&control));
         if !points.iter().all(|p| p.is_finite()) {
             return Err(LevelsError::NotFinite);
         }
-        Ok(LevelSurface::new(depth as u32, hierarchy.level(depth), points))
+        Ok(LevelSurface::new(depth as u32, coarser, points))
     }
 
     fn validate(&self, base: &ManifoldMesh) -> Result<(), LevelsError> {

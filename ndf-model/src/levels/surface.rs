@@ -36,11 +36,14 @@ struct SharpSides {
 }
 
 impl LevelSurface {
-    /// The surface through these limit points of the finest level, `depth` levels above the base mesh.
-    pub(super) fn new(depth: u32, finest: &Refinement, points: Vec<DVec3>) -> Self {
-        let mut normals = finest.normals(&points);
-        let creases = finest.has_creases().then(|| SharpSides::new(finest, &points, &mut normals));
-        Self { depth, faces: finest.faces().to_vec(), points, normals, creases }
+    /// The surface through these limit points of the finest level, `depth` levels above the base mesh. `coarser` is the level
+    /// below it.
+    pub(super) fn new(depth: u32, coarser: &Refinement, points: Vec<DVec3>) -> Self {
+        let (mut normals, faces) =
+            rayon::join(|| coarser.refined_normals(&points), || coarser.refined_faces());
+        let creases =
+            coarser.has_creases().then(|| SharpSides::new(&coarser.refined(), &points, &mut normals));
+        Self { depth, faces, points, normals, creases }
     }
 
     /// Corners of the faces of the finest level; those of base face f are f · 4^[depth](Self::depth) and on.
