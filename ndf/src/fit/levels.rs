@@ -13,7 +13,8 @@ use ndf_train::levels::{
 };
 use ndf_train::{Checkpoint, Learning, Likeness, Settings, level_provenance, measure_metric, stored_base};
 
-use super::{Base, Fit, FitError, Fitted, Notes, OnCheckpoint, OnRecord, PROGRAM, Record, faces, file_name};
+use super::notes::Notes;
+use super::{Base, Fit, FitError, Fitted, OnCheckpoint, OnRecord, PROGRAM, Record, faces, file_name};
 use crate::Note;
 use crate::band::Band;
 use crate::model::to_world;

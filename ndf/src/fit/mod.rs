@@ -1,28 +1,26 @@
 //! Learning a surface: everything between an opened surface and a model.
 
+mod error;
+mod fitted;
 mod levels;
+mod network;
+mod notes;
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use ndf_core::{DVec3, NoProgress, Progress, Surface};
+use ndf_core::{DVec3, NoProgress, Progress};
 use ndf_mesh::ManifoldMesh;
-use ndf_meshing::{BaseMeshError, BaseMeshOptions, BaseMeshReport};
-use ndf_model::Model;
-use ndf_model::file::StoredBase;
-use ndf_surfaces::narrow_band::BandError;
-use ndf_train::levels::{LevelFitError, LevelOptions, LevelRecord};
+use ndf_meshing::BaseMeshOptions;
+use ndf_train::levels::{LevelOptions, LevelRecord};
 use ndf_train::objective::Term;
-use ndf_train::{
-    Checkpoint, FitReport, Learning, Likeness, LogRecord, MetricReport, NetworkCheckpoint, Settings,
-    TrainError, Trainer, provenance, stored_base, train,
-};
+use ndf_train::{Checkpoint, Learning, Likeness, LogRecord, Settings};
 
-use crate::band::BandFigures;
-use crate::base::NoBaseMesh;
-use crate::model::{ModelExt, to_world};
-use crate::presets::{BASE_FACES, NOTABLY_FLIPPED, Preset, TRUE_EPOCHS};
-use crate::{Kind, Level, Note, Opened};
+use crate::presets::Preset;
+use crate::{Note, Opened};
+
+pub use error::FitError;
+pub use fitted::Fitted;
 
 /// What displaces a base mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,88 +83,6 @@ enum Base<'a> {
     Brought(&'a ManifoldMesh),
     /// A run that was not finished.
     Resumed(Checkpoint),
-}
-
-/// Why nothing was learned.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum FitError {
-    /// There is no base mesh.
-    #[error(transparent)]
-    NoBaseMesh(NoBaseMesh),
-    /// The field could not be cached around the base mesh.
-    #[error("the field around the base mesh cannot be sampled: {0}")]
-    Band(BandError),
-    /// Training did not end well.
-    #[error(transparent)]
-    Training(#[from] TrainError),
-    /// Levels could not be learned.
-    #[error(transparent)]
-    Levels(LevelFitError),
-    /// Anchors, terms and settings are those of networks.
-    #[error("a field of levels has no {0}; learn a network instead")]
-    NotOfLevels(&'static str),
-    /// The run to go on from learned another surface, or the same one read in another way.
-    #[error("the checkpoint is of a run that learned another surface, or this one read with other options")]
-    OtherSurface,
-    /// The observer asked to stop before training began, so that there is nothing to keep.
-    #[error("interrupted before training began")]
-    Cancelled,
-}
-
-impl From<LevelFitError> for FitError {
-    fn from(error: LevelFitError) -> Self {
-        match error {
-            LevelFitError::Cancelled(_) => Self::Cancelled,
-            error => Self::Levels(error),
-        }
-    }
-}
-
-impl From<NoBaseMesh> for FitError {
-    fn from(error: NoBaseMesh) -> Self {
-        match error {
-            NoBaseMesh::Making(BaseMeshError::Cancelled) => Self::Cancelled,
-            error => Self::NoBaseMesh(error),
-        }
-    }
-}
-
-impl From<BandError> for FitError {
-    fn from(error: BandError) -> Self {
-        match error {
-            BandError::Cancelled => Self::Cancelled,
-            error => Self::Band(error),
-        }
-    }
-}
-
-/// A model with the figures of its making.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Fitted {
-    /// The model.
-    pub model: Model,
-    /// Figures of the training. Its distances are in the box [-1.5, 1.5]³ that the base mesh fills;
-    /// [`distance_rms`](Self::distance_rms) has them in the surface's units.
-    pub report: FitReport,
-    /// What represents the surface that was learned.
-    pub kind: Kind,
-    /// The level of its field, where that was chosen.
-    pub level: Option<Level>,
-    /// The base mesh from which the field was learned, in the surface's units: the one that the model keeps, but for a
-    /// field of levels, which keeps control vertices.
-    pub base: ManifoldMesh,
-    /// How it came about, where it was made.
-    pub base_report: Option<BaseMeshReport>,
-    /// How far the cached copy of the field was right, where there was one.
-    pub band: Option<BandFigures>,
-    /// How the metric of the model was measured, where it has one.
-    pub metric_report: Option<MetricReport>,
-    /// Enough to go on: from the end, or from where the run was interrupted.
-    pub checkpoint: Checkpoint,
-    /// What was left out, or is doubtful.
-    pub notes: Vec<Note>,
 }
 
 impl<'a> Fit<'a> {
@@ -362,68 +278,6 @@ impl<'a> Fit<'a> {
         let given = given.into_iter().find(|(_, is_empty)| !is_empty).map(|(what, _)| what);
         self.of_networks.filter(|_| !matches!(self.base, Base::Resumed(_))).or(given)
     }
-
-    fn run_network(self, surface: &Likeness, chosen: Option<Note>) -> Result<Fitted, FitError> {
-        let Self { opened, settings, base, anchors, terms, progress, mut log, keep, noted, .. } = self;
-        let mut notes = Notes { all: Vec::new(), noted };
-        notes.add_all(chosen.as_slice());
-        let ready = |base: &ManifoldMesh| stored_base(&*opened.surface, base, &settings);
-        let mut base_report = None;
-        let mut made = |options: &BaseMeshOptions| {
-            let (made, told) = opened.base_mesh(options, progress)?;
-            told.into_iter().for_each(|note| notes.add(note));
-            base_report = Some(made.report);
-            Ok::<_, FitError>(Start::Fresh(Box::new(ready(&made.mesh)?)))
-        };
-        let start = match base {
-            Base::Resumed(Checkpoint { learning: Learning::Network(checkpoint), .. }) => {
-                Start::Resumed(checkpoint)
-            }
-            Base::Brought(mesh) => Start::Fresh(Box::new(ready(mesh)?)),
-            Base::Made(options) => made(&options)?,
-            Base::Suited | Base::Resumed(_) => made(&faces(BASE_FACES))?,
-        };
-        let base = start.base();
-        let band = opened.band(&base, progress)?;
-        let projected: &dyn Surface = band.as_ref().map_or(&*opened.surface, |band| &band.surface);
-        let mut trainer = match start {
-            Start::Resumed(checkpoint) => Trainer::resumed(projected, *checkpoint)?,
-            Start::Fresh(base) => Trainer::with_stored_base(projected, *base, &settings)?,
-        };
-        if band.is_some() {
-            trainer = trainer.finished_on(&*opened.surface, TRUE_EPOCHS);
-        }
-        if !anchors.is_empty() {
-            trainer = trainer.with_anchors(&anchors);
-        }
-        for (weight, term) in terms {
-            trainer = trainer.with_term(weight, term);
-        }
-        if let Some((every, mut keep)) = keep {
-            trainer =
-                trainer.keeping(every, move |checkpoint| keep(&Checkpoint::from(checkpoint).of(surface)));
-        }
-        let mut log = log.as_mut().map(|log| |record: &LogRecord<'_>| log(&Record::Network(record)));
-        let log = log.as_mut().map(|log| log as ndf_train::Log<'_>);
-        let (fit, checkpoint) = train(&mut trainer, log, progress)?;
-        drop(trainer);
-        notes.add_training(&fit.report, checkpoint.settings(), progress.cancelled());
-        let file_name = file_name(opened);
-        let provenance = provenance(PROGRAM, file_name.as_deref(), checkpoint.settings(), &fit.report);
-        let (similarity, metric, scalars) = (fit.similarity, None, Vec::new());
-        Ok(Fitted {
-            model: Model { field: fit.field, similarity, metric, scalars, provenance },
-            report: fit.report,
-            kind: opened.kind,
-            level: opened.level,
-            base,
-            base_report,
-            band: band.as_ref().map(|band| band.figures),
-            metric_report: None,
-            checkpoint: Checkpoint::from(checkpoint).of(surface),
-            notes: notes.all,
-        })
-    }
 }
 
 /// What provenance calls this program.
@@ -436,76 +290,4 @@ fn faces(faces: usize) -> BaseMeshOptions {
 fn file_name(opened: &Opened) -> Option<String> {
     let name = opened.path.as_deref().and_then(std::path::Path::file_name);
     name.map(|name| name.to_string_lossy().into_owned())
-}
-
-impl Fitted {
-    /// Mean distance of the learned surface from the true one, in its units.
-    pub fn distance_mean(&self) -> f64 {
-        self.model.similarity.length_to_world(self.report.projection_mean)
-    }
-
-    /// Root of the mean squared distance of the learned surface from the true one, in its units.
-    pub fn distance_rms(&self) -> f64 {
-        self.model.similarity.length_to_world(self.report.projection_rms)
-    }
-
-    /// The largest of these distances.
-    pub fn distance_max(&self) -> f64 {
-        self.model.similarity.length_to_world(self.report.projection_max)
-    }
-}
-
-/// What training starts from, ready.
-enum Start {
-    Fresh(Box<StoredBase>),
-    Resumed(Box<NetworkCheckpoint>),
-}
-
-impl Start {
-    /// The base mesh as the model keeps it, in the units of the input: a run that is resumed finds the same.
-    fn base(&self) -> ManifoldMesh {
-        match self {
-            Self::Fresh(base) => to_world(&base.mesh, &base.similarity),
-            Self::Resumed(checkpoint) => checkpoint.model().base_in_world(),
-        }
-    }
-}
-
-/// Notes so far, and who is told of each.
-struct Notes<'a> {
-    all: Vec<Note>,
-    noted: Option<OnNote<'a>>,
-}
-
-impl Notes<'_> {
-    fn add_all(&mut self, notes: &[Note]) {
-        notes.iter().for_each(|note| self.add(note.clone()));
-    }
-
-    fn add(&mut self, note: Note) {
-        if let Some(noted) = &mut self.noted {
-            noted(&note);
-        }
-        self.all.push(note);
-    }
-
-    fn add_training(&mut self, report: &FitReport, settings: &Settings, cancelled: bool) {
-        if report.interrupted && !cancelled {
-            let of = settings.epochs + settings.identity_epochs;
-            self.add(Note::TimeUp { rounds: report.epochs, of });
-        }
-        if report.retreats > 0 {
-            self.add(Note::Diverged { times: report.retreats });
-        }
-        self.add_result(report);
-    }
-
-    fn add_result(&mut self, report: &FitReport) {
-        if report.flipped_fraction > NOTABLY_FLIPPED {
-            self.add(Note::Flipped { share: report.flipped_fraction });
-        }
-        if report.missed_fraction > 0.0 {
-            self.add(Note::Missed { share: report.missed_fraction });
-        }
-    }
 }
