@@ -1,6 +1,5 @@
 //! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
 
-mod inner_walls;
 pub mod level_set;
 pub mod levels;
 pub mod mesh_surface;
@@ -9,6 +8,7 @@ pub mod narrow_band;
 pub mod networks;
 pub mod point_cloud;
 pub mod pseudonormals;
+pub mod sheets;
 pub mod splats;
 pub mod winding_number;
 

@@ -4,8 +4,8 @@ use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Mi
 use ndf_mesh::{ClosestPoint, Face, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
-use crate::inner_walls::inner_walls;
 use crate::pseudonormals::Pseudonormals;
+use crate::sheets::inner_walls;
 
 /// A triangle mesh of any quality: soups, holes and self-intersections are welcome.
 ///
@@ -18,7 +18,7 @@ use crate::pseudonormals::Pseudonormals;
 /// **The field** is the distance, negative where the [winding number](WindingNumber) exceeds ½: that is right
 /// also where the mesh has holes, doubled faces or pieces that intersect, where the sign of a pseudonormal is
 /// not. Sheets that are shut in by the others bound nothing and do not count. Only a mesh with an inside has one: at least half of a sample of its faces must part inside from
-/// outside, walls inside aside. A flat sheet is a surface without a field.
+/// outside, what is inside of others aside. A flat sheet is a surface without a field.
 ///
 /// A closed mesh whose volume is negative is taken to be inside out and turned.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ const OPPOSED: f64 = -0.25;
 const GUIDE_REACH: f64 = 0.02;
 
 /// How far beside a face its sides are asked for, in diagonals of the bounding box.
-const OFFSET: f64 = 1e-6;
+pub(crate) const OFFSET: f64 = 1e-6;
 
 /// Faces asked whether they part inside from outside.
 const SIDE_SAMPLES: usize = 256;
@@ -143,14 +143,17 @@ impl MeshSurface {
         let usable: Vec<Face> =
             mesh.face_indices().filter(|&f| self.normals.of_face(f) != DVec3::ZERO).collect();
         let picked = || usable.iter().step_by(usable.len().div_ceil(SIDE_SAMPLES).max(1));
-        let parts = |&&f: &&Face| {
+        let (mut all, mut parting, mut within) = (0, 0, 0);
+        for &f in picked() {
             let [a, b, c] = mesh.corner_positions(f);
-            self.sides((a + b + c) / 3.0, self.normals.of_face(f)) == [true, false]
-        };
-        let (all, parting) = (picked().count(), picked().filter(parts).count());
-        let walls = picked().filter(|f| is_wall[f.index()]).count();
+            let sides = self.sides((a + b + c) / 3.0, self.normals.of_face(f));
+            all += 1;
+            parting += usize::from(sides == [true, false]);
+            // Solids in solids, and walls.
+            within += usize::from(is_wall[f.index()] || (sides == [true, true] && self.normals.is_closed()));
+        }
         self.parting_share = parting as f64 / all.max(1) as f64;
-        self.has_inside = parting > 0 && 2 * parting >= all - walls;
+        self.has_inside = parting > 0 && 2 * parting >= all - within;
     }
 
     /// The foot of a query whose closest point is known.

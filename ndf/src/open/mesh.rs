@@ -7,6 +7,7 @@ use ndf_mesh::io::{MeshFile, ReadError, parse_mesh};
 use ndf_mesh::repair::{self, Components, Irreparable, Parts, RepairOptions};
 use ndf_mesh::{Face, ManifoldMesh, TriangleMesh, TriangleTree};
 use ndf_surfaces::MeshSurface;
+use ndf_surfaces::sheets::facing_out;
 
 use super::{Content, OpenError, OpenOptions, Representation};
 use crate::describe::{Described, Description, MeshDescription};
@@ -106,7 +107,7 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
     }
     check_left_out(area_left_out, options.parts)
         .map_err(|source| OpenError::LeftOut { name: name(), source })?;
-    let surface = MeshSurface::new(&repair::oriented(&parts)).map_err(empty)?;
+    let surface = MeshSurface::new(&facing_out(&repair::oriented(&parts))).map_err(empty)?;
     Ok(Opened {
         base,
         mesh: Some(mesh),
@@ -119,11 +120,12 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
 /// their borders lie side by side, as where the faces of a solid were not sewn together. `None` where each is a surface of its own.
 fn pieces_of_one_solid(mesh: &ManifoldMesh, surface: &MeshSurface) -> Option<NotDecimated> {
     let components = Components::of(mesh);
-    if components.len() < 2 || surface.as_field().is_none() {
+    if components.len() < 2 {
         return None;
     }
     let (pieces, largest) = (components.len(), components.largest_share());
-    if surface.parting_share() < APART {
+    let has_inside = surface.as_field().is_some();
+    if has_inside && surface.parting_share() < APART {
         return Some(NotDecimated::Overlapping { pieces, largest });
     }
     // The share of the border, by length, that is next to another piece.
@@ -139,5 +141,7 @@ fn pieces_of_one_solid(mesh: &ManifoldMesh, surface: &MeshSurface) -> Option<Not
         all += p.distance(q);
         next_to_others += if closest.is_some() { p.distance(q) } else { 0.0 };
     }
-    (2.0 * next_to_others > all).then_some(NotDecimated::InPieces { pieces, largest })
+    let faces_out = || MeshSurface::new(&facing_out(mesh)).is_ok_and(|surface| surface.as_field().is_some());
+    (2.0 * next_to_others > all && (has_inside || faces_out()))
+        .then_some(NotDecimated::InPieces { pieces, largest })
 }

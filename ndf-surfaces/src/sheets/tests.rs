@@ -148,6 +148,38 @@ fn channels_are_no_walls() {
     assert!(walls(&apart).iter().all(|is_wall| !is_wall));
 }
 
+/// Boxes of rooms whose sides point anywhere, and shells of faces that are not sewn together.
+#[test]
+fn sides_of_a_solid_face_out() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut squares = Squares::default();
+    squares.add_box([0; 3], [3, 2, 4], false);
+    let first = 2 * squares.0.len();
+    (0..3).flat_map(|i| (0..2).map(move |j| [i, j])).for_each(|cell| squares.add(2, 1, cell, rng.random()));
+    (0..2).flat_map(|i| (1..4).map(move |j| [i, j])).for_each(|cell| squares.add(0, 2, cell, false));
+    let rooms = squares.mesh();
+    let sphere = shapes::icosphere(2);
+    let corners = sphere.face_indices().flat_map(|f| {
+        let corners = sphere.corner_positions(f);
+        let center = corners.iter().sum::<DVec3>() / 3.0;
+        corners.map(|p| p + 1e-3 * (center - p))
+    });
+    let faces = (0..sphere.face_count() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let apart = TriangleMesh::new(corners.collect(), faces).unwrap();
+    for (mesh, outside) in [(&rooms, first), (&apart, apart.face_count())] {
+        let mut faces = mesh.faces().to_vec();
+        faces.iter_mut().filter(|_| rng.random()).for_each(|face| face.swap(0, 1));
+        let any = TriangleMesh::new(mesh.positions().to_vec(), faces).unwrap();
+        let found = facing_out(&repair::oriented(&any));
+        for f in mesh.face_indices().take(outside) {
+            assert!(found.face_normal(f).dot(mesh.face_normal(f)) > 0.99, "{f}");
+        }
+    }
+    // What is seen from both sides stays.
+    let sheet = shapes::grid(4, 4);
+    assert_eq!(facing_out(&sheet).faces(), sheet.faces());
+}
+
 #[test]
 fn surfaces_without_walls_have_none() {
     for mesh in [shapes::icosphere(3), shapes::grid(4, 4), shapes::cube(2), TriangleMesh::default()] {
