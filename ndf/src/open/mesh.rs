@@ -58,6 +58,9 @@ fn by_name(path: &Path) -> Option<&'static str> {
         "pkl" | "pickle" => {
             Some("it is named as a pickle; save its arrays as .npz, or its network with torch.save")
         }
+        "csv" | "tsv" | "txt" | "asc" | "xyz" | "pts" => {
+            Some("its lines are not three numbers or more each; --columns says which of them are x, y and z")
+        }
         "3ds" | "max" | "igs" | "iges" | "dxf" | "dwg" => {
             Some("it is named as a scene or drawing; export it as OBJ, PLY or STL")
         }

@@ -242,7 +242,7 @@ impl Meaning {
 const COUNTED: usize = 10;
 
 /// Whether the first of four columns or more is the number of the row: no surface has its points one step after another.
-/// Numbers from 0 or 1 leave none out; others are whole and grow, before a place that is not whole.
+/// Numbers from 0 or 1 leave none out; others are whole and go one way, before a place that is not whole.
 pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
     let first = values.first().copied().unwrap_or(f64::NAN);
     let rows = || values.chunks(columns);
@@ -251,12 +251,14 @@ pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
     }
     let counts =
         (first == 0.0 || first == 1.0) && rows().enumerate().all(|(i, row)| row[0] == first + i as f64);
-    let grows = || {
+    let goes_one_way = || {
         let is_whole = |row: &[f64]| row[0] >= 0.0 && row[0].fract() == 0.0;
-        rows().all(is_whole) && rows().zip(rows().skip(1)).all(|(row, next)| row[0] < next[0])
+        let pairs = || rows().zip(rows().skip(1));
+        let grows = || pairs().all(|(row, next)| row[0] < next[0]);
+        rows().all(is_whole) && (grows() || pairs().all(|(row, next)| row[0] > next[0]))
     };
     let has_fractions = |column: usize| rows().any(|row| row[column].fract() != 0.0);
-    counts || ((1..4).all(has_fractions) && grows())
+    counts || ((1..4).all(has_fractions) && goes_one_way())
 }
 
 /// Whether a first row has the numbers of its columns, 0, 1, 2 and so on, perhaps behind an empty field, and those after it

@@ -37,13 +37,15 @@ impl Dialect {
             {
                 continue;
             }
-            let fields: Vec<&str> = row.split(is_separator).filter(|field| !field.is_empty()).collect();
+            let fields = parted(row);
             // A count.
             if fields.len() == 1 && fields[0].parse::<u64>().is_ok() {
                 continue;
             }
             for (i, dialect) in [Self::DecimalComma, Self::GroupedByCommas].into_iter().enumerate() {
-                let fits = |field: &&str| is_unmeasured(field) || dialect.number(field).is_some();
+                let fits = |field: &&str| {
+                    field.is_empty() || is_unmeasured(field) || dialect.number(field).is_some()
+                };
                 is_possible[i] &= fields.len() >= 3 && fields.iter().all(fits);
             }
             is_seen[0] |= fields.iter().any(|field| field.contains(','));
@@ -71,11 +73,18 @@ impl Dialect {
     /// A number, in quotes perhaps; `None` if it is none.
     pub(super) fn number(self, word: &str) -> Option<f64> {
         let word = unquoted(word);
-        match self {
-            Self::Plain => word.parse().ok(),
-            Self::DecimalComma => ungrouped(word, '.', ',')?.parse().ok(),
-            Self::GroupedByCommas => ungrouped(word, ',', '.')?.parse().ok(),
-        }
+        let (groups, decimal): (&[char], char) = match self {
+            Self::Plain => (GROUPS, '.'),
+            Self::DecimalComma => (&['.', '\'', '’', '_', ' ', '\u{a0}', '\u{202f}'], ','),
+            Self::GroupedByCommas => (&[','], '.'),
+        };
+        let plain = || if self == Self::Plain { word.parse().ok() } else { None };
+        let grouped = |group: &char| ungrouped(word, *group, decimal)?.parse().ok();
+        let fortran = || {
+            let is_exponent = word.ends_with(|c: char| c.is_ascii_digit()) && word.contains(['D', 'd']);
+            if is_exponent { word.replace(['D', 'd'], "e").parse().ok() } else { None }
+        };
+        plain().or_else(|| groups.iter().find_map(grouped)).or_else(fortran)
     }
 
     /// Whether a line is a title or names columns: no point has so few numbers, and a number that is missing is written
@@ -98,27 +107,55 @@ impl Dialect {
             let mut fields = row.trim_end_matches(|c: char| is_separator(c) || c == ',').split(separator);
             row.contains(separator) && fields.any(|field| field.trim().is_empty())
         };
-        if lacks(';') || (self == Self::Plain && lacks(',')) {
-            return None;
+        let has_gaps = lacks(';') || (self == Self::Plain && lacks(','));
+        if has_gaps || self != Self::Plain || row.contains([';', '"', '|']) {
+            let mut fields = self.fields(row);
+            while fields.last().is_some_and(|field| field.is_empty()) {
+                fields.pop();
+            }
+            let number = |word: &str| {
+                if word.is_empty() || is_unmeasured(word) { Some(f64::NAN) } else { self.number(word) }
+            };
+            return fields.into_iter().map(number).collect();
         }
-        let parts = |c: char| is_separator(c) || (c == ',' && self == Self::Plain);
-        let words = row.split(parts).filter(|word| !word.is_empty());
+        let words = row.split(|c: char| is_separator(c) || c == ',').filter(|word| !word.is_empty());
         words.map(|word| if is_unmeasured(word) { Some(f64::NAN) } else { self.number(word) }).collect()
     }
 
     /// The fields of a row by their places: empty ones count where something other than blanks parts them.
     pub(super) fn fields(self, row: &str) -> Vec<&str> {
-        let firm = [';', ',', '\t'].into_iter().filter(|&c| c != ',' || self == Self::Plain);
-        // A tab at an end parts an empty field only where tabs part the others.
-        match firm.into_iter().find(|&c| row.trim().contains(c)) {
-            Some(separator) => split(row, separator).map(|field| unquoted(field.trim())).collect(),
-            None => row.split_whitespace().map(unquoted).collect(),
+        if self == Self::Plain && !row.trim().contains([';', '|']) && row.contains(',') {
+            return split(row, ',').map(|field| unquoted(field.trim())).collect();
         }
+        parted(row)
     }
 }
 
+/// What groups digits by three before a decimal point, but for commas.
+const GROUPS: &[char] = &['\'', '’', '_', ' ', '\u{a0}', '\u{202f}'];
+
 fn is_separator(c: char) -> bool {
-    c.is_whitespace() || c == ';'
+    c.is_whitespace() || c == ';' || "()[]{}".contains(c)
+}
+
+/// The fields of a row in which commas are in numbers: parted by semicolons, bars or tabs, by commas outside of quotes where
+/// there are quotes, or by blanks, where numbers may have a comma behind them.
+fn parted(row: &str) -> Vec<&str> {
+    // A tab at an end parts an empty field only where tabs part the others.
+    let firm = [';', '|', '\t'].into_iter().find(|&c| row.trim().contains(c));
+    let has_quotes = || row.contains("\",").then_some(',');
+    match firm.or_else(has_quotes) {
+        Some(separator) => split(row, separator).map(|field| unquoted(field.trim())).collect(),
+        None => {
+            let mut words: Vec<&str> = row.split_whitespace().collect();
+            let last = words.pop();
+            // `1,5, 2,5, 3,5`
+            let all_behind = words.iter().all(|word| word.ends_with(','));
+            let bare = |word: &&'_ str| if all_behind { word.len() - 1 } else { word.len() };
+            words.iter_mut().for_each(|word| *word = &word[..bare(word)]);
+            words.into_iter().chain(last).map(unquoted).collect()
+        }
+    }
 }
 
 /// The parts of a row between separators that are not within quotes.
@@ -166,12 +203,30 @@ fn ungrouped(word: &str, group: char, decimal: char) -> Option<String> {
 
 /// Whether a field says that nothing was measured.
 pub(super) fn is_unmeasured(field: &str) -> bool {
-    ["na", "n/a", "nan", "null", "none"].iter().any(|word| field.eq_ignore_ascii_case(word))
+    const WORDS: [&str; 15] = [
+        "na",
+        "n/a",
+        "#n/a",
+        "nan",
+        "-nan",
+        "+nan",
+        "null",
+        "none",
+        "-",
+        "--",
+        "*",
+        "?",
+        "-nan(ind)",
+        "1.#qnan",
+        "-1.#ind",
+    ];
+    WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
 }
 
 /// Lines that say something, with their numbers from 1.
 pub(super) fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    lines(text).filter(|(_, line)| !line.trim().is_empty() && comment(line).is_none())
+    let said = lines(text).filter(|(_, line)| !line.trim().is_empty() && comment(line).is_none());
+    said.map(|(number, line)| (number, line.split(" #").next().unwrap_or(line)))
 }
 
 /// All lines, with their numbers from 1, ended by LF, CR LF or CR. Tabs at their ends stay: they part empty fields.

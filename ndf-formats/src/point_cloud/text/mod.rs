@@ -21,8 +21,8 @@ use dialect::{Dialect, SAMPLED};
 
 pub use columns::UnknownColumns;
 
-/// Lines at the beginning that may be something else: a title, names of columns.
-const HEADINGS: usize = 2;
+/// Lines at the beginning that may be something else: a title, what made the file, names of columns.
+const HEADINGS: usize = 20;
 
 /// The format of a text of points: lines of three numbers or more, perhaps after headings, a count or comments.
 pub(super) fn recognises(bytes: &[u8]) -> Option<CloudFormat> {
@@ -40,10 +40,17 @@ pub(super) fn recognises(bytes: &[u8]) -> Option<CloudFormat> {
         .take(HEADINGS + 2)
         .map(|(_, line)| dialect.numbers(line).map(|numbers| numbers.len()))
         .collect();
+    // Behind more than a few headings a single line of numbers does not make a table.
+    let has_numbers = |row: &Option<usize>| row.is_some_and(|count| count >= 3);
+    let is_table = match rows.iter().position(has_numbers) {
+        Some(0..4) => true,
+        Some(first) => rows.len() > first + 1 && rows[first..].iter().all(has_numbers),
+        None => false,
+    };
     let is_named = || columns::named_in(text, &dialect).is_ok_and(|columns| columns.is_some());
     match rows.as_slice() {
         [Some(1), Some(4 | 7), ..] => Some(CloudFormat::Pts),
-        rows if rows.iter().flatten().any(|&count| count >= 3) || is_named() => Some(CloudFormat::Text),
+        _ if is_table || is_named() => Some(CloudFormat::Text),
         _ => None,
     }
 }

@@ -105,9 +105,61 @@ fn groups_of_digits_are_one_number() {
     for rows in ["1.2345,5 2,0 3,0\n", "12.34,5 2,0 3,0\n", "1.234.5 2,0 3,0\n"] {
         assert!(read_as("a.txt", &rows.repeat(20), None).is_err(), "{rows}");
     }
-    // Nor are halves of what stands in quotes.
-    let quoted = text("", |_, p, _| format!("\"{}\"", vector(p, "\",\"").replace('.', ",")));
-    assert!(read_as("a.csv", &quoted, None).is_err());
+    // Quotes part numbers from commas between them.
+    let quoted = |p: DVec3| p.to_array().map(|x| format!("\"{x:.6}\"").replace('.', ",")).join(",");
+    for before in ["", "x,y,z\n"] {
+        check("a.csv", &text(before, |_, p, _| quoted(p)), None, false);
+    }
+    // Blanks, apostrophes and underscores.
+    for (group, decimal, separator) in
+        [(' ', ',', ";"), ('\'', '.', " "), ('\'', '.', ";"), ('_', '.', "\t"), ('\u{202f}', ',', ";")]
+    {
+        let row = |p: DVec3| (p + far).to_array().map(|x| grouped(x, group, decimal)).join(separator);
+        let file = read_as("a.txt", &text("", |_, p, _| row(p)), None).unwrap();
+        for (a, [b, _]) in file.cloud.positions().iter().zip(points(60)) {
+            assert!(a.distance(b + far) < 2e-5, "{a} instead of {}: {group}", b + far);
+        }
+    }
+}
+
+#[test]
+fn other_ways_to_write_points_are_read() {
+    for (between, before, behind) in
+        [(" | ", "", ""), (", ", "(", ")"), (" ", "[", "]"), (" ", "", " # a point"), (", ", "[", "],")]
+    {
+        let rows = text("", |_, p, _| format!("{before}{}{behind}", vector(p, between)));
+        check("a.txt", &rows, None, false);
+    }
+    check("a.txt", &text("", |_, p, _| format!("{:.6}D+00 {:.6}d0 {:.6}", p.x, p.y, p.z)), None, false);
+    // Commas before decimals and between numbers.
+    check(
+        "a.txt",
+        &text("", |_, p, _| p.to_array().map(|x| format!("{x:.6}").replace('.', ",")).join(", ")),
+        None,
+        false,
+    );
+    // What made the file.
+    check(
+        "a.txt",
+        &text("Instrument: a scanner\nDate: 2026-01-02\nPoints: 60\nUnit: m\n\n", |_, p, _| vector(p, " ")),
+        None,
+        false,
+    );
+}
+
+#[test]
+fn rows_with_gaps_are_left_out_and_counted() {
+    let decimal = |x: f64| format!("{x:.6}").replace('.', ",");
+    for (gap, count) in [("-", 1), ("*", 1), ("#N/A", 1), ("-nan(ind)", 1), ("1.#QNAN", 1), ("", 1)] {
+        let rows = text("", |_, p, _| vector(p, ";"));
+        let found = check("a.csv", &format!("{gap};1;2\n{rows}1;{gap};2\n"), None, false);
+        // A line that begins with # is a comment.
+        let expected = if gap.starts_with('#') { count } else { 2 * count };
+        assert_eq!(found.report.not_finite, expected, "{gap}");
+        let rows = text("", |_, p, _| p.to_array().map(decimal).join(";"));
+        let found = check("a.csv", &format!("x;y;z\n{rows}1,5;{gap};2,5\n"), None, false);
+        assert_eq!(found.report.not_finite, count, "{gap}");
+    }
 }
 
 #[test]
@@ -161,7 +213,7 @@ fn names_of_rows_and_empty_fields_keep_columns_in_place() {
     let noted = text("x,y,note,z\n", |_, p, _| format!("{},{},\"5, 6, 7\",{}", p.x, p.y, p.z));
     check("a.csv", &noted, None, false);
     let incomplete = text("1,2,,3\n", |_, p, _| vector(p, ",") + ",1");
-    assert!(read_as("a.csv", &incomplete, None).unwrap_err().contains("line 1: "));
+    assert_eq!(check("a.csv", &incomplete, None, false).report.not_finite, 1);
     let first = text("name,x,y,z\nA,0.5,,\n", |i, p, _| format!("B{i},{}", vector(p, ",")));
     assert_eq!(check("a.csv", &first, None, false).report.not_finite, 1);
     let millions = text("", |_, p, _| (p * 1e6).to_array().map(|x| grouped(x.round(), ',', ' ')).join(";"));
@@ -194,7 +246,7 @@ fn numbers_of_rows_are_no_places() {
     let rows = text("", |i, p, _| format!("{} {} {}", p.x, p.y, i));
     assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
     // Numbers of what is left of a longer table.
-    for number in [|i: usize| 2 * i, |i| i * i + 7] {
+    for number in [|i: usize| 2 * i, |i| i * i + 7, |i| 400 - i] {
         let rows = text("", |i, p, _| format!("{} {}", number(i), vector(p, " ")));
         assert!(check("a.txt", &rows, None, false).report.numbered);
     }
