@@ -40,7 +40,7 @@ fn plain_bytes(mesh: &TriangleMesh) -> usize {
 pub(super) fn run(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Result<(), String> {
     ours(subject, setup, &first_models(setup), runs)?;
     rivals(subject, setup, runs)?;
-    ours(subject, setup, &other_models(setup), runs)
+    ours(subject, setup, &other_models(subject, setup), runs)
 }
 
 /// Micromeshes, spectral simplification, and neural geometry fields.

@@ -31,7 +31,7 @@ const ROUNDS: u32 = 10;
 pub(super) fn run(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Result<(), String> {
     ours(subject, setup, &first_models(setup), runs)?;
     rivals(subject, setup, runs)?;
-    ours(subject, setup, &other_models(setup), runs)
+    ours(subject, setup, &other_models(subject, setup), runs)
 }
 
 /// The models that are made first.
@@ -39,8 +39,11 @@ pub(super) fn first_models(setup: &Setup) -> Vec<Learned> {
     setup.scale.sizes.iter().take(1).map(|&bytes| Learned::Levels(bytes)).collect()
 }
 
-/// All others.
-pub(super) fn other_models(setup: &Setup) -> Vec<Learned> {
+/// All others. In the quick subset, fields have the preset of the paper alone.
+pub(super) fn other_models(subject: &Subject<'_>, setup: &Setup) -> Vec<Learned> {
+    if setup.scale.is_quick && subject.shape.role != Role::Mesh {
+        return vec![Learned::Paper];
+    }
     let sizes = setup.scale.sizes.iter().skip(1).map(|&bytes| Learned::Levels(bytes));
     [Learned::Paper, Learned::Network].into_iter().chain(sizes).collect()
 }

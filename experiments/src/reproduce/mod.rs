@@ -199,6 +199,7 @@ type RunAll = fn(&Subject<'_>, &Setup, &mut Runs) -> Result<(), String>;
 fn of_shape(shape: &Shape, setup: &Setup, wanted: &dyn Fn(Experiment) -> bool) -> Result<(), String> {
     let subject = Subject::new(shape, setup);
     let experiments: &[(Experiment, RunAll)] = match shape.role {
+        Role::Network if setup.scale.is_quick => &[(Experiment::Isosurfacing, isosurfacing::run)],
         Role::Network => {
             &[(Experiment::Isosurfacing, isosurfacing::run), (Experiment::Compression, compression::rivals)]
         }

@@ -58,12 +58,12 @@ impl Scale {
     /// A part of it with coarser truths.
     pub(crate) const QUICK: Self = Self {
         is_quick: true,
-        field_grid: 100,
-        mesh_grid: 150,
-        truth_edge: 0.03,
+        field_grid: 128,
+        mesh_grid: 200,
+        truth_edge: 0.02,
         cells: &[0.1, 0.05],
         edge_lengths: &[0.1, 0.05, 0.025],
-        sizes: &[4_500, 9_000],
+        sizes: &[9_000, 4_500],
         paper_epochs: Some(100),
         sms_faces: &[2_000],
         ngf_quads: &[60],
@@ -81,8 +81,8 @@ impl Scale {
         self.is_quick.then(|| {
             format!(
                 "The quick subset has {} shape of each kind in place of up to {}, truths on grids of {} and {} cells with edges of {} \
-                 in place of {}, {} and {}, {} of {} cell sizes, {} of {} edge lengths, {} of {} sizes of models, {} of the 10,000 \
-                 epochs of the paper's preset, and no runs of spectral simplification, neural geometry fields, micromeshes and \
+                 in place of {}, {} and {}, {} of {} cell sizes, {} of {} edge lengths, {} of {} sizes of models (one on fields), {} of the 10,000 \
+                 epochs of the paper's preset, no compressed meshes of networks, and no runs of spectral simplification, neural geometry fields, micromeshes and \
                  Draco but {}, {}, {} and {} of {}, {}, {} and {}.",
                 self.shapes, full.shapes, self.field_grid, self.mesh_grid, self.truth_edge, full.field_grid,
                 full.mesh_grid, full.truth_edge, self.cells.len(), full.cells.len(), self.edge_lengths.len(),
