@@ -76,7 +76,7 @@ pub(crate) const PAPER: &str = "preset of the paper";
 /// A model, with the seconds of its making.
 pub(super) fn model(shape: &Shape, learned: Learned, setup: &Setup) -> Result<(Vec<u8>, f64), String> {
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", shape.name);
-    let mut rows: Rows<FitRow> = Rows::open(setup.out.join("fits.csv"))?;
+    let rows: Rows<FitRow> = Rows::open(setup.out.join("fits.csv"))?;
     let name = learned.name(setup.scale.paper_epochs);
     let file = format!("{}-{:?}-{name}.ndf", shape.name, shape.role).to_lowercase().replace([' ', ','], "_");
     let file = setup.cache.join(file);
@@ -110,7 +110,8 @@ pub(super) fn model(shape: &Shape, learned: Learned, setup: &Setup) -> Result<(V
     let bytes = fitted.model.to_bytes();
     let of_network = |count| (!matches!(learned, Learned::Levels(_))).then_some(count);
     fs::create_dir_all(&setup.cache).and_then(|()| fs::write(&file, &bytes)).map_err(|e| say(&e))?;
-    rows.put(FitRow {
+    // Another process may have kept a fit in the meantime.
+    Rows::open(setup.out.join("fits.csv"))?.put(FitRow {
         shape: shape.name.clone(),
         kind,
         model: name,
