@@ -1,12 +1,13 @@
-//! Truths: isosurfaces of fields, remeshed finely. Meshes are kept beside the build, since a truth of a network takes minutes.
+//! Truths: meshes, and isosurfaces of fields, remeshed finely. Meshes are kept beside the build, since a truth of a network takes minutes.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use ndf::Opened;
 use ndf::evaluate::{ProtocolOptions, Truth};
+use ndf::{BaseSource, Opened};
 use ndf_core::{BoundingBox, ImplicitField, NoProgress};
 use ndf_mesh::repair::{RepairOptions, repaired};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
@@ -68,17 +69,22 @@ impl Parts {
         eprintln!("{}: making the truth", shape.name);
         let stem = format!("{}-{:?}-{grid}", shape.name, shape.role).to_lowercase();
         let isosurface = kept(&setup.cache, &stem, isosurface).map_err(say)?;
-        let edge_length = scale.truth_edge * unit(&isosurface.bounds());
+        // Of a mesh the truth is the mesh itself: an isosurface lacks what is smaller than its cells.
+        let (start, source) = match (shape.role, &opened.base) {
+            (Role::Mesh, BaseSource::Manifold(mesh)) => {
+                (Cow::Owned(largest_component(mesh)?), "the input".to_owned())
+            }
+            _ => (Cow::Borrowed(&isosurface), format!("marching cubes on {grid} cells")),
+        };
+        let edge_length = scale.truth_edge * unit(&start.bounds());
         let remeshed = || {
             let options = IsotropicOptions { edge_length, rounds: ROUNDS };
-            remesh_isotropically(&isosurface, None, &options, &NoProgress).map_err(|e| e.to_string())
+            remesh_isotropically(&start, None, &options, &NoProgress).map_err(|e| e.to_string())
         };
-        let fine = kept(&setup.cache, &format!("{stem}-{}", scale.truth_edge), remeshed).map_err(say)?;
-        let made = format!(
-            "marching cubes on {grid} cells, isotropic remeshing to {}: {} faces",
-            scale.truth_edge,
-            fine.face_count()
-        );
+        let stem = format!("{stem}-{}-truth", scale.truth_edge);
+        let fine = kept(&setup.cache, &stem, remeshed).map_err(say)?;
+        let made =
+            format!("{source}, remeshed isotropically to {}: {} faces", scale.truth_edge, fine.face_count());
         eprintln!("{}: the truth is {made}", shape.name);
         let truth = Truth::new(fine, &ProtocolOptions::default(), &NoProgress);
         Ok(Self { opened, isosurface, truth: truth.map_err(|e| say(e.to_string()))?, made })
