@@ -82,7 +82,7 @@ impl Scale {
             format!(
                 "The quick subset has {} shape of each kind in place of up to {}, truths on grids of {} and {} cells with edges of {} \
                  in place of {}, {} and {}, {} of {} cell sizes, {} of {} edge lengths, {} of {} sizes of models (one on fields), {} of the 10,000 \
-                 epochs of the paper's preset, no compressed meshes of networks, and no runs of spectral simplification, neural geometry fields, micromeshes and \
+                 epochs of the paper's preset, no compressed meshes of networks, no pictures of radiance fields and splats, and no runs of spectral simplification, neural geometry fields, micromeshes and \
                  Draco but {}, {}, {} and {} of {}, {}, {} and {}.",
                 self.shapes, full.shapes, self.field_grid, self.mesh_grid, self.truth_edge, full.field_grid,
                 full.mesh_grid, full.truth_edge, self.cells.len(), full.cells.len(), self.edge_lengths.len(),

@@ -64,8 +64,13 @@ pub(super) fn pictures(setup: &Setup) -> Result<Rows<Picture>, String> {
 pub(super) fn run(setup: &Setup, all: &[Shape]) -> Result<(), String> {
     let mut rows = pictures(setup)?;
     let mut shapes: Vec<&Shape> = Vec::new();
+    // In the quick subset, of what has a model already.
     for role in [Role::Density, Role::Network, Role::Cloud] {
-        let most = if setup.scale.is_quick || role != Role::Density { 1 } else { 2 };
+        let most = match role {
+            Role::Density if setup.scale.is_quick => 0,
+            Role::Density => 2,
+            _ => 1,
+        };
         shapes.extend(all.iter().filter(|shape| shape.role == role).take(most));
     }
     for shape in shapes {
