@@ -11,6 +11,8 @@ pub(crate) struct Point {
     pub(crate) costs: Vec<f64>,
     /// A share of 1.
     pub(crate) error: f64,
+    /// Of the machine, where it is known.
+    pub(crate) load: Option<f64>,
 }
 
 /// What is beside the error in a plot.
@@ -43,7 +45,7 @@ impl Costs {
             Self::Both => vec![bytes()?, seconds()?],
         };
         let error = run.error(task).filter(|e| e.is_finite())?;
-        Some(Point { method: run.method.clone(), setting: run.setting.clone(), costs, error })
+        Some(Point { method: run.method.clone(), setting: run.setting.clone(), costs, error, load: run.load })
     }
 }
 
@@ -70,8 +72,37 @@ pub(crate) fn frontier<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
     points.iter().copied().filter(|p| !points.iter().any(|other| other.dominates(p))).collect()
 }
 
-/// Which methods are on the frontier, whether ours is, and where not and by how much.
+/// Which methods are on the frontier, whether ours is, and where not and by how much; then what that is beside, and at what loads
+/// seconds were measured.
 pub(crate) fn sentence(points: &[Point], costs: Costs) -> String {
+    comparison(points, costs) + &conditions(points, costs)
+}
+
+/// The rivals that were measured, and the loads.
+fn conditions(points: &[Point], costs: Costs) -> String {
+    let (ours, rivals): (Vec<&Point>, Vec<&Point>) = points.iter().partition(|point| point.is_ours());
+    if ours.is_empty() || rivals.is_empty() {
+        return String::new();
+    }
+    let mut names: Vec<&str> = rivals.iter().map(|point| point.method.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut text = format!(" Rivals measured here: {}.", names.join(", "));
+    let loads = |points: &[&Point]| {
+        let all = || points.iter().filter_map(|point| point.load);
+        Some(format!("{:.1} to {:.1}", all().reduce(f64::min)?, all().reduce(f64::max)?))
+    };
+    if costs != Costs::Bytes
+        && let (Some(ours), Some(rivals)) = (loads(&ours), loads(&rivals))
+    {
+        text += &format!(
+            " The load of the machine was {ours} for ours and {rivals} for rivals, on which seconds depend."
+        );
+    }
+    text
+}
+
+fn comparison(points: &[Point], costs: Costs) -> String {
     let all: Vec<&Point> = points.iter().collect();
     let rivals: Vec<&Point> = points.iter().filter(|p| !p.is_ours()).collect();
     let ours: Vec<&Point> = points.iter().filter(|p| p.is_ours()).collect();
@@ -158,7 +189,7 @@ mod tests {
     use super::*;
 
     fn point(method: &str, costs: &[f64], error: f64) -> Point {
-        Point { method: method.into(), setting: "h = 1".into(), costs: costs.into(), error }
+        Point { method: method.into(), setting: "h = 1".into(), costs: costs.into(), error, load: Some(2.0) }
     }
 
     #[test]
@@ -184,7 +215,8 @@ mod tests {
         let mut points =
             vec![point("ours, 9 kB", &[2.0], 0.01), point("MC", &[3.0], 0.02), point("MC", &[2.5], 0.05)];
         let ahead = sentence(&points, Costs::Seconds);
-        assert!(ahead.contains("ours (1 run)") && !ahead.contains("MC"), "{ahead}");
+        assert!(ahead.contains("ours (1 run)") && ahead.contains("Rivals measured here: MC."), "{ahead}");
+        assert!(ahead.contains("was 2.0 to 2.0 for ours and 2.0 to 2.0 for rivals"), "{ahead}");
         assert!(ahead.contains("at or below the error of every rival at equal client seconds"), "{ahead}");
         points.push(point("ODC", &[1.0], 0.3));
         points.push(point("ODC", &[4.0], 0.004));

@@ -206,6 +206,9 @@ pub(super) fn study_sentence(study: &str, runs: &[Ablated]) -> String {
 pub(super) fn coverage(experiment: Experiment, runs: &[Run], scale: &Scale) -> String {
     let name = experiment.name();
     let measured: Vec<&Run> = runs.iter().filter(|run| run.left_out.is_empty()).collect();
+    if measured.is_empty() {
+        return format!("{name}: nothing was measured yet.");
+    }
     let mut shapes: Vec<&str> = measured.iter().map(|run| run.shape.as_str()).collect();
     shapes.sort_unstable();
     shapes.dedup();
