@@ -56,7 +56,12 @@ impl Context {
         let threads = options.threads.map(usize::from).or_else(of_environment);
         let all_cores = || std::thread::available_parallelism().map_or(1, NonZero::get);
         let threads = threads.unwrap_or_else(all_cores).min(MAX_THREADS);
-        match rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
+        let mut pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        if threads == 1 {
+            // Where no thread can be started, one is there all the same.
+            pool = pool.use_current_thread();
+        }
+        match pool.build_global() {
             // Without a source it is that the pool exists already, which then stays as it is.
             Err(error) if error.source().is_some() => Err(Failure::new(format!(
                 "cannot start {threads} threads: {error}; try fewer with --threads"

@@ -13,11 +13,13 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// first sets the flag and the second ends the program; else the first does, and nothing half-written stays. Signals that
 /// are ignored, as with `nohup`, stay ignored.
 pub fn listen() {
-    // Without a handler an interruption ends the program as well, if less tidily.
+    // Without a handler, or a thread for it, an interruption ends the program as well, if less tidily.
     #[cfg(unix)]
-    if let Ok(mut signals) = signal_hook::iterator::Signals::new(heeded()) {
-        std::thread::spawn(move || signals.forever().for_each(|signal| interrupted(128 + signal)));
-    }
+    let _ = std::thread::Builder::new().spawn(|| {
+        if let Ok(mut signals) = signal_hook::iterator::Signals::new(heeded()) {
+            signals.forever().for_each(|signal| interrupted(128 + signal));
+        }
+    });
     #[cfg(not(unix))]
     let _ = ctrlc::set_handler(|| interrupted(130));
 }

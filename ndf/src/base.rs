@@ -1,7 +1,7 @@
 //! Base meshes of opened surfaces.
 
 use ndf_core::{DVec3, Hint, ImplicitField, Progress, Surface};
-use ndf_mesh::repair::{Parts, without_unusable_faces};
+use ndf_mesh::repair::{Components, Parts, welded, without_unusable_faces};
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::{FacePoint, ManifoldMesh, TriangleMesh, TriangleTree};
 use ndf_meshing::{BaseMesh, BaseMeshError, BaseMeshOptions, base_mesh, base_mesh_of_manifold};
@@ -65,11 +65,11 @@ impl Opened {
                 }
             }
         };
-        let (lost, walls) = match made.report.grid {
+        let (lost, told) = match made.report.grid {
             Some(_) => self.lost_by(&made.mesh),
-            None => (self.area_left_out, None),
+            None => (self.area_left_out, Vec::new()),
         };
-        notes.extend(walls);
+        notes.extend(told);
         let report = &mut made.report;
         report.area_dropped = report.area_dropped.max(lost);
         check_left_out(report.area_dropped, parts)?;
@@ -87,17 +87,33 @@ impl Opened {
         Ok((made, notes))
     }
 
-    /// The share of the area of the mesh that it is, from 0 to 1, that an isosurface of its field lost; and a note if much of it
-    /// is inside. What was left out before where it is no mesh.
-    pub fn lost_by(&self, isosurface: &ManifoldMesh) -> (f64, Option<Note>) {
+    /// The share of the area of the mesh that it is, from 0 to 1, that an isosurface of its field lost; and notes if much of it
+    /// is inside, or if the isosurface is in more parts. What was left out before where it is no mesh.
+    pub fn lost_by(&self, isosurface: &ManifoldMesh) -> (f64, Vec<Note>) {
         match (&self.mesh, self.field_surface().and_then(Surface::as_field)) {
             (Some(mesh), Some(field)) => {
                 let (lost, walls) = uncovered(mesh, isosurface, field);
-                (lost, (walls > NOTABLE_WALLS).then_some(Note::WallsInside { share: walls }))
+                let inside = (walls > NOTABLE_WALLS).then_some(Note::WallsInside { share: walls });
+                let of = Components::of(&welded(&without_unusable_faces(mesh), 0.0)).len();
+                let parts = solids(isosurface);
+                let apart = (parts > of).then_some(Note::FallsApart { parts, of });
+                (lost, inside.into_iter().chain(apart).collect())
             }
-            _ => (self.area_left_out, None),
+            _ => (self.area_left_out, Vec::new()),
         }
     }
+}
+
+/// Components that point outward: the others are walls of cavities.
+fn solids(mesh: &TriangleMesh) -> usize {
+    let components = Components::of(mesh);
+    let mut volumes = vec![0.0; components.len()];
+    let center = mesh.bounds().center();
+    for (f, &component) in mesh.face_indices().zip(&components.of_face) {
+        let [a, b, c] = mesh.corner_positions(f).map(|p| p - center);
+        volumes[component as usize] += a.dot(b.cross(c));
+    }
+    volumes.into_iter().filter(|&volume| volume > 0.0).count()
 }
 
 /// The share of the area of a mesh from which walls inside are worth a note.

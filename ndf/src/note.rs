@@ -115,6 +115,13 @@ pub enum Note {
         /// The share of the area that is, and is farther than a twentieth of the diagonal from what is kept.
         share: f64,
     },
+    /// An isosurface is in more parts than the mesh: what is thinner than the cells of its grid falls apart.
+    FallsApart {
+        /// Parts of the isosurface.
+        parts: usize,
+        /// Parts of the mesh.
+        of: usize,
+    },
     /// The inner sides of a density that is high on a surface were left out of the base mesh.
     InnerWallsLeftOut {
         /// How many.
@@ -309,6 +316,10 @@ impl fmt::Display for Note {
                 f,
                 "at least {:.1} % of its area is inside of the solid that it bounds, and left out",
                 100.0 * share
+            ),
+            Self::FallsApart { parts, of } => write!(
+                f,
+                "its isosurface is in {parts} parts, {of} of the mesh: what is thinner than a cell of the grid falls apart; take a finer one"
             ),
             Self::InnerWallsLeftOut { walls } => {
                 let what = if *walls == 1 { "wall" } else { "walls" };

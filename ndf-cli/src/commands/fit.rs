@@ -18,7 +18,9 @@ use crate::context::Context;
 use crate::files::{open, read_faces};
 use crate::interrupt;
 use crate::learning::{STAGES, learned};
-use crate::output::{Failure, Outcome, check_model_name, check_output, grouped, is_same, readable, table};
+use crate::output::{
+    Failure, Outcome, check_model_name, check_output, check_place, grouped, is_same, readable, table,
+};
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
@@ -107,7 +109,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Err(e) => context.warn(&format!("cannot write {}: {e}", kept.display())),
     });
     let fitted = learned(fit, &arguments.input, arguments.resume.as_deref(), context)?;
-    let is_saved = save_checkpoint(arguments, &fitted)?;
+    let is_saved = save_checkpoint(arguments, &fitted, context)?;
     let bytes = fitted.model.to_bytes();
     let path = arguments.output.display().to_string();
     if let Err(error) = atomic_write(&arguments.output, |out| out.write_all(&bytes)) {
@@ -132,6 +134,9 @@ fn check_places(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     outputs.iter().try_for_each(|path| check_output(path, &inputs))?;
     check_model_name(&arguments.output)?;
+    if !arguments.output.exists() || arguments.output.is_file() {
+        check_place(&arguments.kept())?;
+    }
     // The next checkpoint may take the place of the one that is resumed, but nothing else.
     if let Some(resumed) = &arguments.resume {
         let others = [Some(&arguments.output), arguments.log.as_ref()];
@@ -150,30 +155,41 @@ fn check_places(arguments: &Arguments) -> Result<(), Failure> {
 /// the folder for temporary files.
 fn unwritten(path: &str, error: &std::io::Error, fitted: &Fitted, kept: &Path) -> Failure {
     let failure = Failure::new(format!("cannot write {path}: {error}"));
-    let elsewhere = std::env::temp_dir().join(format!("ndf-{}.checkpoint", std::process::id()));
-    match [kept, &elsewhere].into_iter().find(|place| fitted.checkpoint.write(place).is_ok()) {
-        Some(place) => {
+    match leave(&fitted.checkpoint, kept) {
+        Ok(place) => {
             failure.try_instead(&format!("--resume {} writes it again, elsewhere with -o", place.display()))
         }
-        None => failure,
+        Err(_) => failure,
     }
+}
+
+/// Writes a checkpoint in its place if that is possible, else in the folder for temporary files. Where it is now.
+fn leave(checkpoint: &Checkpoint, place: &Path) -> Result<PathBuf, CheckpointError> {
+    checkpoint.write(place).map(|()| place.to_owned()).or_else(|error| {
+        let elsewhere = std::env::temp_dir().join(format!("ndf-{}.checkpoint", std::process::id()));
+        checkpoint.write(&elsewhere).map(|()| elsewhere).map_err(|_| error)
+    })
 }
 
 /// Leaves the checkpoint of an interrupted run, which then fails, or of one whose time is up, if its place is given. Whether
 /// it did.
-fn save_checkpoint(arguments: &Arguments, fitted: &Fitted) -> Result<bool, Failure> {
+fn save_checkpoint(arguments: &Arguments, fitted: &Fitted, context: &Context) -> Result<bool, Failure> {
     let path = arguments.kept();
-    let is_left = fitted.report.interrupted && arguments.checkpoint.is_some();
-    if is_left || interrupt::is_requested() {
-        let written = fitted.checkpoint.write(&path);
-        written.map_err(|e| Failure::new(format!("cannot write {}: {e}", path.display())))?;
-    }
+    let unwritten = |e: CheckpointError| format!("cannot write {}: {e}", path.display());
     if interrupt::is_requested() {
+        let place = leave(&fitted.checkpoint, &path).map_err(|e| Failure::new(unwritten(e)))?;
         let [made, all] = fitted.checkpoint.rounds();
         let unit = unit(fitted);
         return Err(Failure::new(format!("interrupted after {made} of {all} {unit}"))
-            .try_instead(&format!("--resume {} goes on from there", path.display())));
+            .try_instead(&format!("--resume {} goes on from there", place.display())));
     }
+    if !fitted.report.interrupted || arguments.checkpoint.is_none() {
+        return Ok(false);
+    }
+    // The model is still to be written, and worth more.
+    let written = fitted.checkpoint.write(&path);
+    let is_left = written.is_ok();
+    written.unwrap_or_else(|e| context.warn(&unwritten(e)));
     Ok(is_left)
 }
 

@@ -99,10 +99,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let options = MarchingCubesOptions { grid, ..MarchingCubesOptions::default() };
     let found =
         marching_cubes(field, &options, &progress).map_err(|error| not_meshed(&name, &error, grid))?;
-    let (area_left_out, walls) = input.lost_by(&found.mesh);
-    if let Some(note) = walls {
-        context.warn_of(&name, &note);
-    }
+    let (area_left_out, notes) = input.lost_by(&found.mesh);
+    notes.iter().for_each(|note| context.warn_of(&name, note));
     check_left_out(area_left_out, repair.parts).map_err(|error| {
         let failure = Failure::new(format!("{name}: {error}"));
         failure.try_instead("try a finer grid, or --largest-component if the rest is not wanted")

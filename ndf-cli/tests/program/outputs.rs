@@ -65,12 +65,31 @@ fn what_was_learned_outlives_what_cannot_be_written() {
     let resumed = ndf(&folder.0, &["fit", "a.ply", "-o", "b.ndf", "--resume", "c", "--quiet"]);
     assert_eq!((resumed.code, std::fs::read(folder.0.join("b.ndf")).unwrap()), (0, model.clone()));
 
+    // The model is written although the checkpoint of a run whose time is up is not.
+    let timed = ["a.ply", "-o", "t.ndf", "--checkpoint", "/dev/full", "--time-limit", "0.001"];
+    let timed = fit(&folder, &timed);
+    assert!(timed.code == 0 && timed.stderr.contains("cannot write /dev/full"), "{}", timed.stderr);
+    assert!(folder.0.join("t.ndf").exists());
     let logged = fit(&folder, &["a.ply", "-o", "l.ndf", "--log", "/dev/full"]);
     assert!(logged.code == 1 && logged.sentence().contains("cannot write /dev/full"), "{}", logged.stderr);
     assert_eq!(std::fs::read(folder.0.join("l.ndf")).unwrap(), model);
 }
 
 /// The log of a run that is resumed goes on where it was, and its checkpoint goes when the model is there.
+/// Names of 255 bytes are the longest; that of a checkpoint has a few more than its model's.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_too_long_are_refused_before_the_work() {
+    let folder = Folder::new("long-names");
+    let mesh = format!("{}.ply", "a".repeat(240));
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", &mesh, "--json"]).json();
+    let model = format!("{}.ndf", "b".repeat(245));
+    let run = ndf(&folder.0, &["fit", &mesh, "-o", &model, "--epochs", "1000000"]);
+    assert!(run.code == 1 && run.sentence().contains("name too long"), "{}", run.stderr);
+    let written = fit(&folder, &[&mesh, "-o", &model, "--checkpoint", "c"]);
+    assert_eq!(written.code, 0, "{}", written.stderr);
+}
+
 #[test]
 fn a_resumed_run_goes_on_with_its_log() {
     let folder = Folder::new("relogged");

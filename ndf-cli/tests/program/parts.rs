@@ -198,6 +198,26 @@ fn what_a_coarse_grid_loses_is_an_error() {
     assert_eq!(allowed["components"], 1);
 }
 
+/// A plate that is thinner than the cells, and lies across them.
+#[test]
+fn what_falls_apart_on_a_grid_is_told() {
+    let folder = Folder::new("apart");
+    let (sine, cosine) = 0.3_f64.sin_cos();
+    let plate = shapes::cube(8).map_positions(|p| {
+        let p = DVec3::new(2.0 * p.x, p.y, 0.01 * p.z);
+        DVec3::new(cosine * p.x - sine * p.z, p.y, sine * p.x + cosine * p.z)
+    });
+    folder.write_mesh("plate.obj", &plate);
+    let coarse = folder.run("mesh plate.obj -o out.ply --grid 100 --json");
+    assert!(
+        coarse.json()["components"].as_u64().unwrap() > 1 && coarse.stderr.contains("falls apart"),
+        "{}",
+        coarse.stderr
+    );
+    let fine = folder.run("mesh plate.obj -o out.ply --grid 512 --json");
+    assert!(fine.json()["components"] == 1 && !fine.stderr.contains("falls apart"), "{}", fine.stderr);
+}
+
 #[test]
 fn points_far_from_all_others_are_left_out_with_a_note() {
     let folder = Folder::new("stray");

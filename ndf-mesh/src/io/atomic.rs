@@ -77,6 +77,9 @@ impl Drop for Listed {
     }
 }
 
+/// Longest name of which a hidden one is made, with room for what tells it from others.
+const LONGEST_HIDDEN: usize = 200;
+
 /// As many links are followed as Linux does.
 const MAX_LINKS: usize = 40;
 
@@ -105,8 +108,11 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     let name =
         path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "it names no file"))?;
     let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(".");
+    // Names have at most 255 bytes; the file itself may need all of them.
+    if name.len() <= LONGEST_HIDDEN {
+        hidden.push(name);
+        hidden.push(".");
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(&hidden).suffix(".tmp");
     // As other files are made: what the mask of the process leaves of it.
@@ -124,12 +130,18 @@ fn of_system(error: io::Error) -> io::Error {
     }
 }
 
-/// Whether a file can be made in the folder of `path`; tried with one that has no name.
+/// Whether a file can be made under the name of `path`: whether its folder takes files, tried with one that has no name, and
+/// whether the system takes the name.
 ///
 /// # Errors
 /// What the system says.
 pub fn check_folder(path: impl AsRef<Path>) -> io::Result<()> {
     let path = resolved(path.as_ref())?;
+    if let Err(error) = path.symlink_metadata()
+        && error.kind() == io::ErrorKind::InvalidFilename
+    {
+        return Err(error);
+    }
     tempfile::tempfile_in(folder(&path)).map(drop).map_err(of_system)
 }
 

@@ -42,8 +42,36 @@ impl From<UnknownColumns> for FileDefect {
 
 /// Names of places and normals, in small letters and without anything else.
 const PLACES: [&[&str]; 3] = [
-    &["x", "posx", "positionx", "pointx", "points0", "xcoord", "coordx", "px", "easting", "east"],
-    &["y", "posy", "positiony", "pointy", "points1", "ycoord", "coordy", "py", "northing", "north"],
+    &[
+        "x",
+        "posx",
+        "positionx",
+        "pointx",
+        "points0",
+        "xcoord",
+        "coordx",
+        "px",
+        "easting",
+        "east",
+        "ost",
+        "ostwert",
+        "rechtswert",
+    ],
+    &[
+        "y",
+        "posy",
+        "positiony",
+        "pointy",
+        "points1",
+        "ycoord",
+        "coordy",
+        "py",
+        "northing",
+        "north",
+        "nord",
+        "nordwert",
+        "hochwert",
+    ],
     &[
         "z",
         "posz",
@@ -56,6 +84,9 @@ const PLACES: [&[&str]; 3] = [
         "elevation",
         "height",
         "altitude",
+        "elev",
+        "höhe",
+        "hoehe",
     ],
 ];
 const NORMALS: [&[&str]; 3] = [
@@ -242,7 +273,7 @@ impl Meaning {
 const COUNTED: usize = 10;
 
 /// Whether the first of four columns or more is the number of the row: no surface has its points one step after another.
-/// Numbers from 0 or 1 leave none out; others are whole and go one way, before a place that is not whole.
+/// Numbers from 0 or 1 leave none out; others are whole, and go one way or are all from one to another, before a place that is not whole.
 pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
     let first = values.first().copied().unwrap_or(f64::NAN);
     let rows = || values.chunks(columns);
@@ -257,8 +288,16 @@ pub(super) fn is_numbered(values: &[f64], columns: usize) -> bool {
         let grows = || pairs().all(|(row, next)| row[0] < next[0]);
         rows().all(is_whole) && (grows() || pairs().all(|(row, next)| row[0] > next[0]))
     };
+    // All numbers from the first on, in any order.
+    let are_shuffled = || {
+        let mut numbers: Vec<f64> = rows().map(|row| row[0]).collect();
+        numbers.sort_unstable_by(f64::total_cmp);
+        numbers[0] >= 0.0
+            && numbers[0].fract() == 0.0
+            && numbers.windows(2).all(|pair| pair[1] == pair[0] + 1.0)
+    };
     let has_fractions = |column: usize| rows().any(|row| row[column].fract() != 0.0);
-    counts || ((1..4).all(has_fractions) && goes_one_way())
+    counts || ((1..4).all(has_fractions) && (goes_one_way() || are_shuffled()))
 }
 
 /// Whether a first row has the numbers of its columns, 0, 1, 2 and so on, perhaps behind an empty field, and those after it

@@ -29,26 +29,27 @@ impl Dialect {
         // Of every column, whether it has numbers with commas, and without.
         let mut columns: Vec<[bool; 2]> = Vec::new();
         for (_, row) in rows(text) {
-            // Titles and names.
-            if sampled == 0
-                && !row
-                    .trim_start()
-                    .starts_with(|c: char| c.is_ascii_digit() || "+-.,\"'".contains(c) || !c.is_ascii())
-            {
+            // Titles and names: with few fields that may be numbers.
+            let fields = parted(row);
+            let may_be_number =
+                |field: &&&str| field.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c));
+            if sampled == 0 && fields.iter().filter(may_be_number).count() < 3.min(fields.len()) {
                 continue;
             }
-            let fields = parted(row);
             // A count.
             if fields.len() == 1 && fields[0].parse::<u64>().is_ok() {
                 continue;
             }
             for (i, dialect) in [Self::DecimalComma, Self::GroupedByCommas].into_iter().enumerate() {
+                // Names of points and classes are words.
                 let fits = |field: &&str| {
-                    field.is_empty() || is_unmeasured(field) || dialect.number(field).is_some()
+                    let is_word = field.starts_with(char::is_alphabetic);
+                    field.is_empty() || is_word || is_unmeasured(field) || dialect.number(field).is_some()
                 };
                 is_possible[i] &= fields.len() >= 3 && fields.iter().all(fits);
             }
-            is_seen[0] |= fields.iter().any(|field| field.contains(','));
+            // A comma, or two points.
+            is_seen[0] |= fields.iter().any(|field| field.contains(',') || field.matches('.').count() > 1);
             // A comma and a point, or two commas.
             let marks = |field: &&str| field.contains(',') && field.matches([',', '.']).count() > 1;
             is_seen[1] |= fields.iter().any(marks);

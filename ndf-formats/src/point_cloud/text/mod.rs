@@ -155,7 +155,15 @@ fn read_numbers(text: &str, dialect: &Dialect, path: &Path) -> Parsed {
         if position == 0 && is_numbers_of_columns(row) {
             continue;
         }
-        let numbers = dialect.numbers(row);
+        let mut numbers = dialect.numbers(row);
+        // What is missing at the end of a row was announced by the separator before it.
+        if let Some(found) = &mut numbers
+            && found.len() > 1
+            && found.len() < columns
+            && dialect.fields(row).len() >= columns
+        {
+            found.resize(columns, f64::NAN);
+        }
         let wrong = |problem: String| FileDefect::Syntax { line, problem: problem.into() };
         match numbers {
             Some(numbers) if numbers.len() >= 3 && (columns == 0 || numbers.len() == columns) => {

@@ -101,6 +101,14 @@ fn groups_of_digits_are_one_number() {
     // Three decimals, behind numbers of rows.
     let rows = text("", |i, p, _| format!("{i};{:.3};{:.3};{:.3}", p.x, p.y, p.z).replace('.', ","));
     assert!(read_as("a.txt", &rows, None).unwrap().cloud.positions()[30].distance(points(60)[30][0]) < 1e-3);
+    // Points alone.
+    let whole = |i: u32| {
+        [700_000 + 37 * i, 64_000 + i * i, 1_990_123 + i]
+            .map(|x| grouped(f64::from(x), '.', ',').split(',').next().unwrap().to_owned())
+    };
+    let rows: String = (0..60).map(|i| whole(i).join(";") + "\n").collect();
+    let file = read_as("a.txt", &rows, None).unwrap();
+    assert_eq!(file.cloud.positions()[30], DVec3::new(701_110.0, 64_900.0, 1_990_153.0));
     // Groups of any other length are no numbers.
     for rows in ["1.2345,5 2,0 3,0\n", "12.34,5 2,0 3,0\n", "1.234.5 2,0 3,0\n"] {
         assert!(read_as("a.txt", &rows.repeat(20), None).is_err(), "{rows}");
@@ -148,6 +156,31 @@ fn other_ways_to_write_points_are_read() {
 }
 
 #[test]
+fn words_stand_beside_numbers_of_any_dialect() {
+    let decimal = |p: DVec3, separator: &str| vector(p, separator).replace('.', ",");
+    check(
+        "a.txt",
+        &text("Punkt\tOst\tNord\tHöhe\n", |i, p, _| format!("P{i}\t{}", decimal(p, "\t"))),
+        None,
+        false,
+    );
+    check("a.csv", &text("id;x;y;z\n", |i, p, _| format!("P{i};{}", decimal(p, ";"))), None, false);
+    check(
+        "a.csv",
+        &text("Punktnummer;Rechtswert;Hochwert;Höhe;Code\n", |i, p, _| {
+            format!("{i};{};Baum", decimal(p, ";"))
+        }),
+        None,
+        false,
+    );
+    let grouped = |x: f64| grouped(x, ',', '.');
+    let far = |p: DVec3| (p + 5e5).to_array().map(grouped).join(";");
+    let named =
+        read_as("a.csv", &text("Point;X [ft];Y [ft];Z [ft]\n", |i, p, _| format!("P{i};{}", far(p))), None);
+    assert!(named.unwrap().cloud.positions()[7].distance(points(60)[7][0] + 5e5) < 2e-5);
+}
+
+#[test]
 fn rows_with_gaps_are_left_out_and_counted() {
     let decimal = |x: f64| format!("{x:.6}").replace('.', ",");
     for (gap, count) in [("-", 1), ("*", 1), ("#N/A", 1), ("-nan(ind)", 1), ("1.#QNAN", 1), ("", 1)] {
@@ -157,6 +190,8 @@ fn rows_with_gaps_are_left_out_and_counted() {
         let expected = if gap.starts_with('#') { count } else { 2 * count };
         assert_eq!(found.report.not_finite, expected, "{gap}");
         let rows = text("", |_, p, _| p.to_array().map(decimal).join(";"));
+        let found = check("a.csv", &format!("{rows}1,5;2,5;{gap}\n"), None, false);
+        assert_eq!(found.report.not_finite, count, "{gap}");
         let found = check("a.csv", &format!("x;y;z\n{rows}1,5;{gap};2,5\n"), None, false);
         assert_eq!(found.report.not_finite, count, "{gap}");
     }
@@ -246,7 +281,7 @@ fn numbers_of_rows_are_no_places() {
     let rows = text("", |i, p, _| format!("{} {} {}", p.x, p.y, i));
     assert!(!read_as("a.txt", &rows, None).unwrap().report.numbered);
     // Numbers of what is left of a longer table.
-    for number in [|i: usize| 2 * i, |i| i * i + 7, |i| 400 - i] {
+    for number in [|i: usize| 2 * i, |i| i * i + 7, |i| 400 - i, |i| 10 + 7 * i % 60] {
         let rows = text("", |i, p, _| format!("{} {}", number(i), vector(p, " ")));
         assert!(check("a.txt", &rows, None, false).report.numbered);
     }
