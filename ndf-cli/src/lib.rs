@@ -23,7 +23,6 @@ pub mod triangulation;
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::process::ExitCode;
 
 use clap::Parser;
 use ndf_formats::point_cloud::silence_damaged_laz;
@@ -44,7 +43,7 @@ struct Arguments {
 
 /// Runs the program with these arguments, the first of which is its name. The exit code is 0 when the work is
 /// done, 1 when it failed and 2 when the arguments are wrong.
-pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     silence_damaged_laz();
     interrupt::listen();
     let Arguments { options, command } = match Arguments::try_parse_from(arguments) {
@@ -52,16 +51,16 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> 
         Err(error) => {
             // Help and version are errors to the parser, but not to the caller. A closed stream is nobody's fault.
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            return if error.use_stderr() { 2 } else { 0 };
         }
     };
     let done = Context::new(options)
         .and_then(|context| command.run(&context).and_then(|outcome| context.print(&outcome)));
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             let _ = writeln!(std::io::stderr(), "ndf: {failure}");
-            ExitCode::FAILURE
+            1
         }
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 
 use ndf_core::{DVec3, Progress};
 use ndf_mesh::NO_HALFEDGE;
-use ndf_mesh::{Halfedge, ManifoldMesh};
+use ndf_mesh::{Face, Halfedge, ManifoldMesh};
 
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
@@ -39,6 +39,8 @@ impl DecimationOptions {
 pub struct Decimated {
     /// The mesh: the same topology with fewer faces.
     pub mesh: ManifoldMesh,
+    /// The face of the input that each of its faces has been.
+    pub births: Vec<Face>,
     /// Whether it has no more faces than asked for. Otherwise no further edge could be collapsed without a change of
     /// topology, a fold or a needle, or the work was cancelled.
     pub reached: bool,
@@ -64,7 +66,8 @@ const REPORT: usize = 2048;
 /// has no more faces than asked for it is returned as it is.
 pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn Progress) -> Decimated {
     if mesh.face_count() <= options.faces {
-        return Decimated { mesh: mesh.clone(), reached: true, collapses: 0, largest_cost: 0.0 };
+        let births = mesh.face_indices().collect();
+        return Decimated { mesh: mesh.clone(), births, reached: true, collapses: 0, largest_cost: 0.0 };
     }
     let mut work = Decimation::new(mesh, options);
     work.run(mesh.face_count(), progress);
@@ -72,6 +75,7 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
     let center = work.center;
     work.mesh.positions.iter_mut().for_each(|p| *p += center);
     Decimated {
+        births: work.mesh.faces().filter(|face| !work.mesh.is_hole(face.halfedge(0))).collect(),
         reached,
         collapses: work.collapses,
         largest_cost: work.largest_cost,

@@ -1,9 +1,13 @@
 //! Figures of results, serialised with the keys of the program's JSON.
 
+use std::time::Instant;
+
 use ndf_core::NoProgress;
 use ndf_intrinsic::ExtractionReport;
+use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
 use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
-use ndf_mesh::{ManifoldMesh, SelfIntersections, ValidationReport};
+use ndf_mesh::repair::finite_part;
+use ndf_mesh::{ManifoldMesh, SelfIntersections, TriangleMesh, ValidationReport};
 use ndf_train::MetricReport;
 use serde::Serialize;
 
@@ -238,5 +242,69 @@ impl ExtractionFigures {
             edge_length: quality.edge_length,
             min_angle_deg: quality.min_angle.to_degrees(),
         }
+    }
+}
+
+/// How far a mesh is from a reference, as `ndf measure --json` has it: lengths in their units.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct MeasureFigures {
+    /// From samples of the reference to the mesh: large where the mesh lacks something.
+    pub reference_to_mesh: Distances,
+    /// From samples of the mesh to the reference: large where the mesh has something of its own.
+    pub mesh_to_reference: Distances,
+    /// The larger of both maxima.
+    pub hausdorff: f64,
+    /// Mean angle between the normals at samples and at the points closest to them, in degrees.
+    pub normal_deg_mean: f64,
+    /// Share of the samples of the mesh whose face normal opposes that of the reference.
+    pub flipped_fraction: f64,
+    /// Diagonal of the bounds of the reference.
+    pub diagonal: f64,
+    /// `input`: lengths are in the units of the meshes.
+    pub unit: &'static str,
+    /// What could not be measured.
+    pub area_left_out: LeftOutFigures,
+    /// Samples on each mesh.
+    pub samples: usize,
+    /// Wall seconds.
+    pub seconds: f64,
+}
+
+/// Shares of faces with corners that are not finite, from 0 to 1.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LeftOutFigures {
+    /// Of the reference.
+    pub reference: f64,
+    /// Of the mesh.
+    pub mesh: f64,
+}
+
+impl MeasureFigures {
+    /// Measures what is finite of two meshes. O(s log n) for s samples.
+    ///
+    /// # Errors
+    /// If one has no area, or there are no samples.
+    pub fn of(
+        reference: &TriangleMesh,
+        mesh: &TriangleMesh,
+        options: &MeasureOptions,
+    ) -> Result<Self, MeasureError> {
+        let (reference, reference_left_out) = finite_part(reference);
+        let (mesh, mesh_left_out) = finite_part(mesh);
+        let started = Instant::now();
+        let found = measure(&reference, &mesh, options)?;
+        Ok(Self {
+            reference_to_mesh: found.reference_to_mesh,
+            mesh_to_reference: found.mesh_to_reference,
+            hausdorff: found.hausdorff,
+            normal_deg_mean: found.normal_angle_mean.to_degrees(),
+            flipped_fraction: found.flipped_fraction,
+            diagonal: found.diagonal,
+            unit: "input",
+            area_left_out: LeftOutFigures { reference: reference_left_out, mesh: mesh_left_out },
+            samples: options.samples,
+            seconds: started.elapsed().as_secs_f64(),
+        })
     }
 }

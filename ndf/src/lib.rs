@@ -60,8 +60,8 @@ pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
 pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
-    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, NoTriangulation, Place,
-    SurfacePath, Triangles, Triangulated,
+    DistanceError, DistanceMethod, DistanceOptions, DistanceSolver, Distances, HeatReport, NoTriangulation,
+    Place, SurfacePath, Triangles, Triangulated,
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};

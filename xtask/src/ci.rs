@@ -1,7 +1,7 @@
 //! The check before a change lands.
 
 use crate::shell::{self, cargo};
-use crate::{arrows, paths, readmes};
+use crate::{arrows, paths, python, readmes};
 
 pub(crate) fn run() -> Result<(), String> {
     shell::run(&mut cargo(&["fmt", "--all", "--check"]))?;
@@ -20,6 +20,7 @@ pub(crate) fn run() -> Result<(), String> {
     ]))?;
     // The README's command; doc tests are among these.
     shell::run(&mut cargo(&["test", "--workspace", "--release", "--locked"]))?;
+    python::run()?;
     shell::run(
         cargo(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
             .env("RUSTDOCFLAGS", "-D warnings"),

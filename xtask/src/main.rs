@@ -6,6 +6,7 @@ mod circles;
 mod data;
 mod golden;
 mod paths;
+mod python;
 mod readmes;
 mod shell;
 mod source;
@@ -26,6 +27,8 @@ Tasks:
   info     Write what `ndf info` says of every file under folders [default: ../shared/data ../shared/cases] to
            docs/info.jsonl, and print what changed
   paths    Check that the files and folders that the documentation names exist
+  python   Build the wheel of the Python package into target/wheels, install it in an environment of its own, and run its
+           tests, mypy and stubtest; `python compare` measures it beside other libraries
   readmes  Write README.md of every crate from the front page of its documentation
 
 Measurements (each takes --help; they are compiled in release mode first):
@@ -55,6 +58,8 @@ fn main() -> ExitCode {
         ["info"] => golden::run(&["../shared/data", "../shared/cases"]),
         ["info", ref folders @ ..] => golden::run(folders),
         ["paths"] => paths::check(),
+        ["python"] => python::run(),
+        ["python", "compare"] => python::compare(),
         ["readmes"] => readmes::run(false),
         [] | ["help" | "--help" | "-h"] => {
             eprintln!("{HELP}{}", EXPERIMENTS.join(", "));

@@ -1,13 +1,11 @@
 //! `ndf measure`: how far a mesh is from a reference.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::Args;
-use ndf_mesh::TriangleMesh;
-use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
-use ndf_mesh::repair::finite_part;
-use serde_json::json;
+use ndf::TriangleMesh;
+use ndf::figures::MeasureFigures;
+use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions};
 
 use crate::arguments::EdgeLength;
 use crate::context::Context;
@@ -28,20 +26,22 @@ pub struct Arguments {
     samples: u32,
 }
 
-/// What can be measured of the mesh in a file, or of that of a model, and the share of its faces that cannot.
-fn finite(path: &Path, length: EdgeLength, context: &Context) -> Result<(TriangleMesh, f64), Failure> {
-    let mesh = match model_mesh(path, length, context)? {
+/// The mesh in a file, or that of a model.
+fn mesh_of(path: &Path, length: EdgeLength, context: &Context) -> Result<TriangleMesh, Failure> {
+    Ok(match model_mesh(path, length, context)? {
         Some(found) => found.extracted.mesh.into_triangle_mesh(),
         None => read_faces(path, context)?.mesh,
-    };
-    let (finite, left_out) = finite_part(&mesh);
-    if left_out > 0.0 && finite.face_count() > 0 {
+    })
+}
+
+/// Tells of the share of the faces of a mesh that cannot be measured.
+fn warn_of_left_out(path: &Path, left_out: f64, context: &Context) {
+    if left_out > 0.0 {
         let (name, percent) = (path.display(), 100.0 * left_out);
         context.warn(&format!(
             "{name}: {percent:.1} % of the faces have corners that are not finite, and are left out"
         ));
     }
-    Ok((finite, left_out))
 }
 
 /// Measures two meshes against each other.
@@ -50,11 +50,10 @@ fn finite(path: &Path, length: EdgeLength, context: &Context) -> Result<(Triangl
 /// If one cannot be read, or has no area.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     context.expect(&["extraction"]);
-    let (reference, reference_left_out) = finite(&arguments.reference, arguments.edge_length, context)?;
-    let (mesh, mesh_left_out) = finite(&arguments.mesh, arguments.edge_length, context)?;
-    let started = Instant::now();
+    let reference = mesh_of(&arguments.reference, arguments.edge_length, context)?;
+    let mesh = mesh_of(&arguments.mesh, arguments.edge_length, context)?;
     let options = MeasureOptions { samples: arguments.samples as usize, seed: context.seed() };
-    let found = measure(&reference, &mesh, &options).map_err(|error| {
+    let found = MeasureFigures::of(&reference, &mesh, &options).map_err(|error| {
         let path = match error {
             MeasureError::Reference => &arguments.reference,
             MeasureError::Mesh | MeasureError::NoSamples => &arguments.mesh,
@@ -62,14 +61,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Failure::new(format!("cannot measure {}: {error}", path.display()))
             .try_instead("ndf info lists what is wrong with it")
     })?;
-    let normals = found.normal_angle_mean.to_degrees();
-    let mut json = serde_json::to_value(found)?;
-    json.as_object_mut().and_then(|figures| figures.remove("normal_angle_mean"));
-    json["unit"] = "input".into();
-    json["normal_deg_mean"] = normals.into();
-    json["area_left_out"] = json!({"reference": reference_left_out, "mesh": mesh_left_out});
-    json["samples"] = arguments.samples.into();
-    json["seconds"] = started.elapsed().as_secs_f64().into();
+    warn_of_left_out(&arguments.reference, found.area_left_out.reference, context);
+    warn_of_left_out(&arguments.mesh, found.area_left_out.mesh, context);
     let share = |length: f64| {
         format!("{} ({:.4} % of the diagonal)", readable(length), 100.0 * length / found.diagonal)
     };
@@ -79,8 +72,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("reference → mesh", line(found.reference_to_mesh)),
         ("mesh → reference", line(found.mesh_to_reference)),
         ("Hausdorff", share(found.hausdorff)),
-        ("normals", format!("{normals:.3}° apart on average")),
+        ("normals", format!("{:.3}° apart on average", found.normal_deg_mean)),
         ("flipped", format!("{:.4} %", 100.0 * found.flipped_fraction)),
     ]);
-    Ok(Outcome::new(json, text))
+    Ok(Outcome::new(serde_json::to_value(&found)?, text))
 }

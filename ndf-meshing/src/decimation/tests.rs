@@ -33,6 +33,21 @@ fn check_same_topology(before: &ManifoldMesh, after: &ManifoldMesh) {
     assert!(b.degenerate_faces.count <= a.degenerate_faces.count, "{b:?}");
 }
 
+/// Every face has been a face of its own, in order, and its corners were merged into those it has.
+#[test]
+fn faces_know_their_births() {
+    let mesh = manifold(shapes::icosphere(4));
+    for faces in [5000, 500] {
+        let Decimated { mesh: coarse, births, .. } = decimated(&mesh, faces);
+        assert_eq!(births.len(), coarse.face_count());
+        assert!(births.is_sorted_by(|a, b| a < b) && births.iter().all(|f| f.index() < mesh.face_count()));
+        let center = |mesh: &TriangleMesh, f| mesh.corner_positions(f).iter().sum::<DVec3>() / 3.0;
+        let moved =
+            coarse.face_indices().zip(&births).map(|(f, &b)| center(&coarse, f).distance(center(&mesh, b)));
+        assert!(moved.fold(0.0, f64::max) < 1.0);
+    }
+}
+
 #[test]
 fn topology_boundary_and_orientation_are_kept() {
     for (shape, faces) in [

@@ -245,7 +245,15 @@ pub fn describe(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Describ
 /// # Errors
 /// If it has no face with an area.
 pub fn open_mesh(mesh: TriangleMesh) -> Result<Opened, OpenError> {
-    mesh::opened(mesh, &OpenOptions::default().repair, "the mesh")
+    open_mesh_with(mesh, &OpenOptions::default().repair)
+}
+
+/// As [`open_mesh`], with a choice of components and seams.
+///
+/// # Errors
+/// As [`open_mesh`], or if more than a twentieth of its area cannot be used and all of it is wanted.
+pub fn open_mesh_with(mesh: TriangleMesh, options: &RepairOptions) -> Result<Opened, OpenError> {
+    Ok(Opened { parts: options.parts, ..mesh::opened(mesh, options, "the mesh")? })
 }
 
 /// Points as a surface: with their normals, where they have some that agree, or where `kind` says so; else without.

@@ -4,6 +4,7 @@
 //! unusable left out. What is found is told at the vertices of the file, which keep their numbers.
 
 mod distances;
+mod solver;
 
 use std::path::Path;
 
@@ -24,6 +25,7 @@ use crate::{EdgeLength, ModelExt, Note};
 pub use distances::{
     DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, SurfacePath,
 };
+pub use solver::DistanceSolver;
 
 /// Triangles that can be computed on.
 #[derive(Clone, Debug)]
@@ -225,6 +227,15 @@ impl Triangulated {
             Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options.operator),
         };
         operator?.modes(options, progress)
+    }
+
+    /// Values at the vertices of the [mesh](Self::mesh) from those at the vertices of the [triangles](Self::triangles): NaN at
+    /// those that no face uses, and the value of one of its fans where several meet in a vertex. O(n).
+    pub fn at_vertices(&self, values: &[f64]) -> Vec<f64> {
+        match &self.original {
+            Some(Original { origins, .. }) => origins.values(values, f64::NAN, |first, _| first),
+            None => values.to_vec(),
+        }
     }
 
     /// Modes as scalars `mode_00`, `mode_01`, … at the vertices of the [mesh](Self::mesh): NaN at those that no face uses, and

@@ -1,5 +1,7 @@
+use std::borrow::Cow;
+
 use ndf_core::{DVec3, NoProgress};
-use ndf_mesh::shapes;
+use ndf_mesh::{FacePoint, shapes};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -52,6 +54,42 @@ fn as_in_a_file(mesh: &TriangleMesh, random: &mut ChaCha8Rng) -> (TriangleMesh, 
     let positions = places.iter().map(position).collect();
     let faces = faces.into_iter().map(|face| face.map(|v| new_place[v as usize])).collect();
     (TriangleMesh::new(positions, faces).unwrap(), places)
+}
+
+/// What a solver says of pairs, points and paths is what distances of all vertices say, on clean meshes and on files.
+#[test]
+fn a_solver_agrees_with_distances() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let clean = side_by_side(&[shapes::torus(12, 8, 1.0, 0.4), shapes::grid(4, 4)]);
+    let (file, _) = as_in_a_file(&clean, &mut random);
+    for mesh in [clean, file] {
+        let surface = triangulated(mesh.clone());
+        let solver = DistanceSolver::new(Cow::Borrowed(&surface)).unwrap();
+        let used = mesh.faces().as_flattened().iter().step_by(41).map(|&v| Vertex(v));
+        let vertices: Vec<Vertex> = used.collect();
+        let matrix = solver.matrix(&vertices, &NoProgress).unwrap();
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let source = [Place::Vertex(vertex)];
+            let all = distances(&surface, &source).values;
+            for (j, &other) in vertices.iter().enumerate() {
+                let (found, expected) = (matrix[i * vertices.len() + j], all[other.index()]);
+                assert!(found == expected || (found - expected).abs() < 1e-12, "{found} {expected}");
+                assert_eq!(found, matrix[j * vertices.len() + i]);
+            }
+            let corners: Vec<FacePoint> =
+                (0..9).map(|h| FacePoint::at_corner(ndf_mesh::Halfedge::new(h))).collect();
+            let options = DistanceOptions::default();
+            let at = solver.distances_at(&source, &corners, &options, &NoProgress).unwrap();
+            for (&found, &v) in at.iter().zip(mesh.faces().as_flattened()) {
+                let expected = all[v as usize];
+                assert!(found == expected || (found - expected).abs() < 1e-12, "{found} {expected}");
+            }
+            match solver.path(source[0], Place::Vertex(vertices[0]), &NoProgress) {
+                Ok(path) => assert!((path.length - all[vertices[0].index()]).abs() < 1e-12),
+                Err(_) => assert!(all[vertices[0].index()].is_infinite()),
+            }
+        }
+    }
 }
 
 #[test]

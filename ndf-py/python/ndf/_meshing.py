@@ -1,0 +1,104 @@
+"""Meshes of meshes and of fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+from ndf import _native
+from ndf._arrays import Floats, Ints, mesh, takes_meshes
+from ndf._native import NdfError
+from ndf._progress import Progress, observer
+
+
+@takes_meshes
+def remesh(
+    vertices: Any,
+    faces: Any = None,
+    edge_length: float | None = None,
+    *,
+    rounds: int = 10,
+    progress: Progress = False,
+) -> tuple[Floats, Ints]:
+    """A mesh ``(n2, 3)``, ``(m2, 3)`` on the surface of a mesh with even triangles whose edges are about ``edge_length`` long.
+
+    Borders stay; their edges are only split. The topology stays, too.
+
+    Raises
+    ------
+    NdfError
+        If the mesh cannot be repaired to a manifold, or the length is not positive.
+
+    Source: isotropic remeshing, Botsch and Kobbelt (2004).
+    """
+    if edge_length is None:
+        raise NdfError("edge_length is missing; give the length that edges should have, in the units of the mesh")
+    with observer(progress) as observing:
+        return _native.remesh(*mesh(vertices, faces), edge_length, rounds, observing)
+
+
+@takes_meshes
+def decimate(
+    vertices: Any,
+    triangles: Any = None,
+    faces: int | None = None,
+    *,
+    progress: Progress = False,
+) -> tuple[Floats, Ints, Ints]:
+    """A mesh with ``faces`` faces, or a few more where its topology needs them: ``V2``, ``F2`` and ``J`` ``(m2,)``, the face of
+    the input that each of its faces has been.
+
+    Raises
+    ------
+    NdfError
+        If the mesh cannot be repaired to a manifold.
+
+    Source: quadric error metrics, Garland and Heckbert (1997).
+    """
+    if faces is None:
+        raise NdfError("faces is missing; give the number of faces to reach")
+    if isinstance(faces, bool) or not hasattr(faces, "__index__") or faces < 4:
+        raise NdfError(f"faces must be a whole number of at least 4, not {faces!r}")
+    with observer(progress) as observing:
+        found, births = _native.decimate(*mesh(vertices, triangles), faces, observing)
+    return *found, births
+
+
+def marching_cubes(
+    field: Callable[[Floats], Any],
+    bounds: Any,
+    grid: int = 128,
+    *,
+    level: float = 0.0,
+    inside: Literal["below", "above"] = "below",
+    threads: int | None = None,
+    progress: Progress = False,
+) -> tuple[Floats, Ints]:
+    """The isosurface of a field as a manifold mesh, ``(n, 3)`` and ``(m, 3)``, oriented outward.
+
+    Parameters
+    ----------
+    field
+        A callable from points ``(k, 3)`` to values ``(k,)``, called in batches of at most 16384 points from threads of Rust,
+        one at a time. An exception comes out as it is.
+    bounds
+        Two corners ``(lo, hi)`` of the box to look in.
+    grid
+        Cells along its longest side.
+    level, inside
+        The value of the surface, and the side that is inside: ``below`` for distances, ``above`` for densities.
+
+    Raises
+    ------
+    NdfError
+        If the field has only one side at the corners of the grid, or returns another shape.
+
+    Source: Lorensen and Cline (1987), with the cases of Chernyaev (1995) that keep it manifold.
+    """
+    if inside not in ("below", "above"):
+        raise NdfError(f"inside must be below or above, not {inside}")
+    if isinstance(grid, bool) or not hasattr(grid, "__index__") or not 1 <= grid <= 2048:
+        raise NdfError(f"grid must be from 1 to 2048 cells, not {grid!r}")
+    with observer(progress) as observing:
+        is_above = inside == "above"
+        return _native.marching_cubes(field, bounds, grid, level, is_above, threads, observing)

@@ -1,0 +1,133 @@
+"""Laplacians, eigenmodes and their signatures."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ndf import _native
+from ndf._arrays import Floats, Ints, floats, mesh, takes_meshes
+from ndf._native import NdfError
+from ndf._progress import Progress, observer
+
+
+def _sparse(csr: tuple[Floats, Ints, Ints]) -> Any:
+    try:
+        from scipy.sparse import csr_matrix
+    except ImportError:
+        return csr
+    count = len(csr[2]) - 1
+    return csr_matrix(csr, shape=(count, count))
+
+
+@takes_meshes
+def laplacian(
+    vertices: Any,
+    faces: Any = None,
+    *,
+    mass: Literal["lumped", "voronoi", "consistent"] = "lumped",
+    delaunay: bool = True,
+) -> tuple[Any, Any]:
+    """The cotangent Laplacian L, positive semi-definite, and the mass matrix M of a mesh, both ``(n, n)``.
+
+    Parameters
+    ----------
+    vertices, faces
+        ``(n, 3)`` and ``(m, 3)``, or one object with both. Meshes that are not manifold go through their tufted cover.
+    mass
+        ``lumped`` thirds of areas, the mixed ``voronoi`` areas, or ``consistent``. It sums to the area.
+    delaunay
+        Flip to the intrinsic Delaunay triangulation first, with which no weight is negative.
+
+    Returns
+    -------
+    L, M
+        SciPy's ``csr_matrix``; without SciPy ``(data, indices, indptr)``. Rows of vertices that no face uses are empty.
+
+    Raises
+    ------
+    NdfError
+        If no face has an area, or a vertex has none around it.
+
+    Source: Pinkall and Polthier (1993); Bobenko and Springborn (2007); Sharp and Crane (2020).
+    """
+    stiffness, masses = _native.laplacian(*mesh(vertices, faces), mass, delaunay)
+    return _sparse(stiffness), _sparse(masses)
+
+
+@takes_meshes
+def spectrum(
+    vertices: Any,
+    faces: Any = None,
+    k: int = 20,
+    *,
+    mass: Literal["lumped", "voronoi", "consistent"] = "lumped",
+    delaunay: bool = True,
+    progress: Progress = False,
+) -> tuple[Floats, Floats]:
+    """The ``k`` smallest eigenvalues ``(k,)`` of L φ = λ M φ, in inverse squared units of length, and modes ``(n, k)``.
+
+    Modes are orthonormal in M; the sign of each is arbitrary. They are nan at vertices that no face uses.
+
+    Raises
+    ------
+    NdfError
+        If there are fewer vertices than modes, or they do not converge.
+
+    Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000); none is missing, which is checked.
+    """
+    with observer(progress) as observing:
+        values, rows = _native.spectrum(*mesh(vertices, faces), _count(k), mass, delaunay, observing)
+    return values, rows.T
+
+
+@takes_meshes
+def heat_kernel_signature(
+    vertices: Any,
+    faces: Any = None,
+    times: ArrayLike | None = None,
+    *,
+    k: int = 100,
+    progress: Progress = False,
+) -> Floats:
+    """Heat kernel signatures ``(n, t)`` at ``times`` ``(t,)``, in squared units of length: how much heat stays at a vertex.
+
+    ``k`` modes are used, or as many as there are vertices.
+
+    Source: Sun, Ovsjanikov, Guibas (2009).
+    """
+    if times is None:
+        raise NdfError("times are missing; give the times of the heat kernel, in squared units of length")
+    wanted = floats(times, "times", None).tolist()
+    with observer(progress) as observing:
+        rows = _native.heat_kernel_signature(*mesh(vertices, faces), wanted, _count(k), observing)
+    return rows.T
+
+
+@takes_meshes
+def wave_kernel_signature(
+    vertices: Any,
+    faces: Any = None,
+    energies: int = 100,
+    *,
+    k: int = 100,
+    progress: Progress = False,
+) -> Floats:
+    """Wave kernel signatures ``(n, energies)``: how likely a quantum particle of an energy is at a vertex.
+
+    Energies are evenly spaced in the logarithm between the first eigenvalue above zero and the last of ``k``.
+
+    Source: Aubry, Schlickewei, Cremers (2011).
+    """
+    with observer(progress) as observing:
+        rows = _native.wave_kernel_signature(
+            *mesh(vertices, faces), _count(energies), _count(k), observing
+        )
+    return rows.T
+
+
+def _count(value: int) -> int:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or value < 1:
+        raise NdfError(f"a whole number of at least 1 was expected, not {value!r}")
+    return value.__index__()
