@@ -275,11 +275,9 @@ fn comment(text: &str) -> usize {
 /// The length of a text, a character or a lifetime that stands at the beginning.
 fn literal(text: &str) -> Option<usize> {
     let prefix = ["br", "cr", "b", "c", "r", ""].into_iter().find(|prefix| {
-        let rest = text[prefix.len().min(text.len())..].trim_start_matches('#');
-        let is_raw = prefix.ends_with('r');
-        let hashes = text.len() - prefix.len().min(text.len()) - rest.len();
-        text.starts_with(prefix)
-            && (is_raw || hashes == 0)
+        let Some(behind) = text.strip_prefix(prefix) else { return false };
+        let rest = behind.trim_start_matches('#');
+        (prefix.ends_with('r') || rest.len() == behind.len())
             && (rest.starts_with('"') || (*prefix == "b" || prefix.is_empty()) && rest.starts_with('\''))
     })?;
     let rest = &text[prefix.len()..];
@@ -312,6 +310,14 @@ fn literal(text: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn characters_may_be_any() {
+        for (text, length) in [("'’', x", 5), ("'a, b", 2), ("b'x'", 4), ("r#\"a\"#;", 6), ("\"é\" ", 4)] {
+            assert_eq!(literal(text), Some(length), "{text}");
+        }
+        assert_eq!(literal("é"), None);
+    }
 
     fn import(alias: &str, path: &str, is_public: bool) -> Import {
         let path = path.split("::").map(str::to_owned).collect();
