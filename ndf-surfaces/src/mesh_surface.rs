@@ -5,7 +5,7 @@ use ndf_mesh::{ClosestPoint, Face, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
 use crate::pseudonormals::Pseudonormals;
-use crate::sheets::inner_walls;
+use crate::sheets::{OFFSET, inner_walls};
 
 /// A triangle mesh of any quality: soups, holes and self-intersections are welcome.
 ///
@@ -42,9 +42,6 @@ const OPPOSED: f64 = -0.25;
 
 /// Default of [`MeshSurface::with_guide_reach`], in diagonals of the bounding box.
 const GUIDE_REACH: f64 = 0.02;
-
-/// How far beside a face its sides are asked for, in diagonals of the bounding box.
-pub(crate) const OFFSET: f64 = 1e-6;
 
 /// Faces asked whether they part inside from outside.
 const SIDE_SAMPLES: usize = 256;

@@ -3,8 +3,7 @@
 use ndf_mesh::{TriangleMesh, TriangleTree};
 use rayon::prelude::*;
 
-use super::Sheets;
-use crate::mesh_surface::OFFSET;
+use super::{OFFSET, Sheets};
 use crate::pseudonormals::Pseudonormals;
 
 /// The mesh with those sheets turned that are seen from behind more than twice as well as from before: the faces of a solid that were

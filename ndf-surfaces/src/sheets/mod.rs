@@ -17,6 +17,9 @@ use crate::pseudonormals::Pseudonormals;
 pub use facing::facing_out;
 pub(crate) use walls::inner_walls;
 
+/// How far beside a face its sides are asked for, in diagonals of the bounding box.
+pub(crate) const OFFSET: f64 = 1e-6;
+
 /// Points within a patch, and points on its rim, that are asked, at most.
 const SAMPLES: usize = 16;
 /// How close to the rim, on the way from the centroid of a face to its side.
