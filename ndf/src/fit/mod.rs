@@ -234,7 +234,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Makes the base mesh, caches the field where that is costly, and trains. A run that is stopped gives what it has
-    /// learned, which [`FitReport::interrupted`] says; its checkpoint lets it go on.
+    /// learned, which [`FitReport::interrupted`](ndf_train::FitReport::interrupted) says; its checkpoint lets it go on.
     ///
     /// # Errors
     /// If there is no base mesh, the settings are not usable, what is resumed learned another surface, training diverges, or
