@@ -51,6 +51,8 @@ pub struct Job(Arc<Mutex<State>>);
 struct State {
     /// Which of the stages are expected.
     expected: [bool; STAGES.len()],
+    /// The stages up to the last that began.
+    reached: usize,
     stage: String,
     detail: String,
     /// When the stage began, and how much of it is done.
@@ -89,7 +91,8 @@ impl Job {
 
     fn new(shown: Shown) -> Self {
         let (stage, detail, expected) = (String::new(), String::new(), [false; STAGES.len()]);
-        let state = State { expected, stage, detail, begun: Instant::now(), part: 0.0, done: 0.0, shown };
+        let state =
+            State { expected, reached: 0, stage, detail, begun: Instant::now(), part: 0.0, done: 0.0, shown };
         Self(Arc::new(Mutex::new(state)))
     }
 
@@ -130,6 +133,11 @@ impl State {
             stage.clone_into(&mut self.stage);
             self.detail.clear();
             (self.begun, self.part) = (now, 0.0);
+            if let Some(at) = self.at() {
+                // What did not begin by now is not needed.
+                (self.reached..at).for_each(|k| self.expected[k] = false);
+                self.reached = self.reached.max(at + 1);
+            }
         }
         // A stage that begins anew, as of a base mesh that is made again, goes on where it was.
         self.part = self.part.max(if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 });
@@ -150,9 +158,14 @@ impl State {
         }
     }
 
+    /// Which stage it is.
+    fn at(&self) -> Option<usize> {
+        STAGES.iter().position(|(names, _)| names.contains(&self.stage.as_str()))
+    }
+
     /// The weights of the stages before this one, of itself and of those after it; `None` if it was not expected.
     fn weights(&self) -> Option<[f64; 3]> {
-        let at = STAGES.iter().position(|(names, _)| names.contains(&self.stage.as_str()))?;
+        let at = self.at()?;
         let weight = |k: usize| if self.expected[k] { STAGES[k].1 } else { 0.0 };
         let sum = |range: std::ops::Range<usize>| range.map(weight).sum::<f64>();
         self.expected[at].then(|| [sum(0..at), weight(at), sum(at + 1..STAGES.len())])
@@ -275,6 +288,10 @@ mod tests {
             last = state.done;
         }
         assert!((0.3..0.9).contains(&last), "{last}");
+        // What is left out does not count as done.
+        let mut late = self::state(&["orienting", "marching cubes", "levels"]);
+        late.report("levels", 0.1);
+        assert_eq!(late.done, 0.1);
         state.report("levels", 2.0);
         assert_eq!(state.done, 1.0);
     }

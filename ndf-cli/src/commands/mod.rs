@@ -37,7 +37,7 @@ pub enum Command {
     Mesh(mesh::Arguments),
     /// Measure the distance between a mesh and a reference, in both directions
     Measure(measure::Arguments),
-    /// Render a picture of a mesh
+    /// Render a picture of a mesh, a model, points or a field
     Render(render::Arguments),
     /// Scalar fields stored in a model
     #[command(subcommand)]

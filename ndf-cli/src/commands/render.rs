@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::arguments::{EdgeLength, Reading};
 use crate::context::Context;
 use crate::drawn::{Drawn, read_drawn};
-use crate::output::{Failure, Outcome, check_output, readable};
+use crate::output::{Failure, Outcome, check_output, grouped, readable};
 use crate::render::{
     Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, upright,
     with_legend, with_tubes,
@@ -20,6 +20,9 @@ use crate::render::{
 
 /// Radius of drawn lines, as a share of the shorter side of the picture, and in pixels at least.
 const LINE_RADIUS: (f64, f64) = (0.0018, 1.0);
+
+/// Segments of lines that are drawn at most of a file.
+const MAX_SEGMENTS: usize = 1_000_000;
 
 /// Arguments of `ndf render`.
 #[derive(Args, Debug)]
@@ -94,9 +97,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let inputs: Vec<&Path> = arguments.paths.iter().chain([&arguments.input]).map(PathBuf::as_path).collect();
     check_output(&arguments.output, &inputs)?;
     context.expect(&["orienting", "marching cubes", "extraction", "drawing"]);
-    let lines = arguments.paths.iter().map(read_lines).collect::<Result<Vec<Lines>, _>>()?;
-    let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
-    let values = arguments.scalar.as_deref().map(|name| scalar(arguments, &drawn, name)).transpose()?;
+    let lines = arguments.paths.iter().map(|path| drawn_lines(path)).collect::<Result<Vec<Lines>, _>>()?;
+    let mut drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
+    let mut values =
+        arguments.scalar.as_deref().map(|name| scalar(arguments, &mut drawn, name)).transpose()?;
     let style = Style {
         isolines: arguments.isolines,
         wireframe: arguments.wireframe,
@@ -112,7 +116,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let view = View { yaw: arguments.view.0, pitch: arguments.view.1, up };
     let (width, height) = arguments.size;
-    let map = values.map(ColourMap::of);
+    let map = values.as_deref().map(ColourMap::of);
     let legend = map.filter(|_| !is_exr && !arguments.no_legend);
     let strip = if legend.is_some() { strip_width(width, height) } else { 0 };
     // Vertices that no face uses may be anywhere.
@@ -123,12 +127,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let center = BoundingBox::of_points(seen.positions()).center();
     let radius = (LINE_RADIUS.0 * width.min(height) as f64).max(LINE_RADIUS.1)
         * camera.pixel_size(camera.eye().distance(center));
-    let mesh = lines.iter().fold(drawn.mesh.clone(), |mesh, lines| with_tubes(&mesh, lines, radius));
-    let mut painted = values.unwrap_or_default().to_vec();
-    let mut scene = Scene::new(&mesh).with_lines_from(drawn.mesh.face_count());
-    if let Some(map) = map {
-        painted.resize(mesh.vertex_count(), f32::NAN);
-        scene = scene.painted(&painted, map);
+    let faces = drawn.mesh.face_count();
+    let mesh = lines.iter().fold(drawn.mesh, |mesh, lines| with_tubes(mesh, lines, radius));
+    let mut scene = Scene::new(&mesh).with_lines_from(faces);
+    if let (Some(values), Some(map)) = (&mut values, map) {
+        values.resize(mesh.vertex_count(), f32::NAN);
+        scene = scene.painted(values, map);
     }
     if seen.face_count() == 0 {
         let failure = Failure::new(format!("{} has no face with finite corners", arguments.input.display()));
@@ -161,9 +165,21 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     Ok(Outcome::new(json, text))
 }
 
-fn scalar<'a>(arguments: &Arguments, drawn: &'a Drawn, name: &str) -> Result<&'a [f32], Failure> {
-    if let Some(found) = drawn.scalars.iter().find(|s| s.name == name) {
-        return Ok(&found.values);
+/// Lines that are to be drawn.
+fn drawn_lines(path: &Path) -> Result<Lines, Failure> {
+    let lines = read_lines(path)?;
+    if lines.segments.len() > MAX_SEGMENTS {
+        let (name, segments) = (path.display(), grouped(lines.segments.len()));
+        let failure = Failure::new(format!("{name} has {segments} segments of lines"));
+        return Err(failure.try_instead(&format!("{} are drawn at most", grouped(MAX_SEGMENTS))));
+    }
+    Ok(lines)
+}
+
+/// The values to paint.
+fn scalar(arguments: &Arguments, drawn: &mut Drawn, name: &str) -> Result<Vec<f32>, Failure> {
+    if let Some(found) = drawn.scalars.iter_mut().find(|s| s.name == name) {
+        return Ok(std::mem::take(&mut found.values));
     }
     let failure = Failure::new(format!("{} has no vertex scalar named {name}", arguments.input.display()));
     let names: Vec<&str> = drawn.scalars.iter().map(|s| s.name.as_str()).collect();

@@ -10,8 +10,8 @@ const SIDES: u32 = 8;
 const BALL: f64 = 2.6;
 
 /// A mesh with a tube for every segment and a ball at every end of a line, after its own vertices and faces.
-pub fn with_tubes(mesh: &TriangleMesh, lines: &Lines, radius: f64) -> TriangleMesh {
-    let (mut positions, mut faces) = mesh.clone().into_parts();
+pub fn with_tubes(mesh: TriangleMesh, lines: &Lines, radius: f64) -> TriangleMesh {
+    let (mut positions, mut faces) = mesh.into_parts();
     let mut degrees = vec![0; lines.points.len()];
     for &[a, b] in &lines.segments {
         degrees[a as usize] += 1;
@@ -48,7 +48,7 @@ mod tests {
         let mesh = shapes::icosphere(1);
         let line: Vec<DVec3> =
             [[2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0]].map(DVec3::from_array).into();
-        let all = with_tubes(&mesh, &Lines::from_polylines([&line[..]]), 0.01);
+        let all = with_tubes(mesh.clone(), &Lines::from_polylines([&line[..]]), 0.01);
         assert_eq!(&all.faces()[..mesh.face_count()], mesh.faces());
         let balls = 2 * shapes::icosphere(2).face_count();
         assert_eq!(all.face_count(), mesh.face_count() + 2 * 16 + balls);

@@ -12,6 +12,7 @@ mod learning;
 mod outputs;
 mod parts;
 mod paths;
+mod progress;
 mod scalars;
 
 use std::path::{Path, PathBuf};
