@@ -15,17 +15,7 @@ pub(crate) fn error_by_bytes(
     error: &str,
     lines: &[Line],
 ) -> Result<String, Box<dyn std::error::Error>> {
-    let lines = positive(lines, |(x, y)| x.min(y));
-    let axes = Axes {
-        x: with_room(widened(&lines, |p| p.0, [0.8, 1.25]), lines.len()).log_scale(),
-        x_name: "bytes",
-        x_label: &|x| format!("{:.0} kB", x / 1000.0),
-        y: widened(&lines, |p| p.1, [0.7, 1.4]),
-        y_name: error,
-        // Ticks are sums of floats: 0.6000000000000001.
-        y_label: &|y| format!("{}", (y * 1e6).round() / 1e6),
-    };
-    draw(title, axes, &lines, Mark::Points)
+    error_by(title, error, lines, ("bytes", &|x| format!("{:.0} kB", x / 1000.0)))
 }
 
 /// Error against seconds, as above.
@@ -34,14 +24,28 @@ pub(crate) fn error_by_seconds(
     error: &str,
     lines: &[Line],
 ) -> Result<String, Box<dyn std::error::Error>> {
+    error_by(title, error, lines, ("client seconds", &|x| format!("{} s", tidy(x))))
+}
+
+/// Ticks are sums of floats: 0.6000000000000001.
+fn tidy(tick: &f64) -> f64 {
+    (tick * 1e6).round() / 1e6
+}
+
+fn error_by(
+    title: &str,
+    error: &str,
+    lines: &[Line],
+    (x_name, x_label): (&str, &dyn Fn(&f64) -> String),
+) -> Result<String, Box<dyn std::error::Error>> {
     let lines = positive(lines, |(x, y)| x.min(y));
     let axes = Axes {
         x: with_room(widened(&lines, |p| p.0, [0.8, 1.25]), lines.len()).log_scale(),
-        x_name: "client seconds",
-        x_label: &|x| format!("{} s", (x * 1e6).round() / 1e6),
+        x_name,
+        x_label,
         y: widened(&lines, |p| p.1, [0.7, 1.4]),
         y_name: error,
-        y_label: &|y| format!("{}", (y * 1e6).round() / 1e6),
+        y_label: &|y| format!("{}", tidy(y)),
     };
     draw(title, axes, &lines, Mark::Points)
 }

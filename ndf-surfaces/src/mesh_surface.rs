@@ -74,11 +74,15 @@ impl MeshSurface {
         let diagonal = tree.bounds().diagonal();
         let (offset, guide_reach) = (OFFSET * diagonal, GUIDE_REACH * diagonal);
         let is_wall = inner_walls(mesh, &tree, &normals, offset);
-        let bounding = mesh.faces().iter().zip(&is_wall).filter(|(_, is_wall)| !**is_wall);
-        let bounding = bounding.map(|(face, _)| *face).collect();
-        let bounding = TriangleMesh::new(mesh.positions().to_vec(), bounding)
-            .expect("leaving out faces leaves indices in range");
-        let winding = WindingNumber::new(&bounding);
+        let winding = if is_wall.contains(&true) {
+            let bounding = mesh.faces().iter().zip(&is_wall).filter(|(_, is_wall)| !**is_wall);
+            let bounding = bounding.map(|(face, _)| *face).collect();
+            let bounding = TriangleMesh::new(mesh.positions().to_vec(), bounding)
+                .expect("leaving out faces leaves indices in range");
+            WindingNumber::new(&bounding)
+        } else {
+            WindingNumber::new(mesh)
+        };
         let area = mesh.area();
         let mut surface =
             Self { tree, normals, winding, parting_share: 0.0, has_inside: false, guide_reach, area };

@@ -85,6 +85,15 @@ impl Pseudonormals {
         &self.sides
     }
 
+    /// Whether every edge has exactly two faces. O(n).
+    pub(crate) fn is_sewn(&self) -> bool {
+        let mut counts = vec![0_u8; self.edges.len()];
+        for &edge in self.sides.as_flattened() {
+            counts[edge as usize] = counts[edge as usize].saturating_add(1);
+        }
+        counts.iter().all(|&count| count == 2)
+    }
+
     /// Unit normal of a face; zero if it has no area.
     ///
     /// # Panics

@@ -60,7 +60,7 @@ pub(crate) enum Experiment {
 /// What to run.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// A subset that ends in under ten minutes on two cores; it is written to target/experiments-quick
+    /// A subset, meant for ten minutes on two cores: no run begins after seven; it is written to target/experiments-quick
     #[arg(long)]
     quick: bool,
     /// Experiments to run [default: all]

@@ -1,7 +1,7 @@
 //! Meshes that are not sewn to manifolds, as sheets: which of them bound a solid, and which way these face.
 //!
-//! A mesh is cut into *patches* at all edges that have not two faces. A patch without such edges is closed by itself. Of others,
-//! rays tell whether they are seen from outside, and from which side, as Takayama et al. (2014) orient soups.
+//! A mesh is cut into *patches* at all edges that do not have exactly two faces. A patch without such edges is closed by itself. For
+//! the others, rays tell whether they are seen from outside, and from which side: Takayama et al. (2014) orient soups that way.
 
 mod facing;
 #[cfg(test)]
@@ -35,7 +35,7 @@ const RAYS_PER_CRACK: usize = 256;
 #[derive(Clone, Debug, Default)]
 struct Patch {
     faces: Vec<u32>,
-    /// Its edges that have not two faces, with the half-edges there; none of a patch that is closed by itself.
+    /// Its edges that do not have exactly two faces, with the half-edges there; empty if the patch is closed by itself.
     rim: Vec<(u32, Halfedge)>,
 }
 

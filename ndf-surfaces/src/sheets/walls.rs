@@ -28,6 +28,9 @@ pub(crate) fn inner_walls(
     offset: f64,
 ) -> Vec<bool> {
     let mut is_wall = vec![false; mesh.face_count()];
+    if normals.is_sewn() {
+        return is_wall;
+    }
     let sheets = Sheets::new(mesh, normals, offset);
     let all: Vec<usize> = (0..sheets.patches.len()).collect();
     if all.len() < 2 || all.iter().all(|&p| sheets.is_closed(p)) {
