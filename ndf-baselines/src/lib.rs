@@ -32,4 +32,4 @@ pub use micromesh::{Micromesh, MicromeshOptions, micromesh};
 pub use ndc::{DualContour, NdcOptions, NeuralDualContouring};
 pub use ngf::{LearnedNgf, NeuralGeometryField, NgfOptions};
 pub use odc::{OdcOptions, occupancy_dual_contouring};
-pub use sms::{SmsError, SmsOptions, SpectrallySimplified, spectral_simplification};
+pub use sms::{SmsError, SmsOptions, SpectralSimplification, SpectrallySimplified, spectral_simplification};

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use ndf_baselines::{
-    Micromesh, MicromeshOptions, NeuralGeometryField, NgfOptions, SmsOptions, micromesh,
-    spectral_simplification,
+    Micromesh, MicromeshOptions, NeuralGeometryField, NgfOptions, SmsError, SmsOptions,
+    SpectralSimplification, micromesh,
 };
 use ndf_core::NoProgress;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
@@ -72,12 +72,23 @@ pub(super) fn rivals(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> R
         };
         of_file(subject, setup, (NGF, &setting), runs, make)?;
     }
+    // One simplification goes through all sizes; each run has the seconds from its beginning.
+    let mut simplification: Option<SpectralSimplification> = None;
+    let mut making = 0.0;
     for &faces in scale.sms_faces {
         let setting = format!("{faces} faces");
         let make = |parts: &Parts| {
-            let options = SmsOptions::to_faces(faces);
-            let (making, found) =
-                timed(|| spectral_simplification(parts.truth.mesh(), &options, &NoProgress));
+            let (seconds, found) = timed(|| {
+                let simplification = match &mut simplification {
+                    Some(begun) => begun,
+                    none => {
+                        let modes = SmsOptions::to_faces(faces).modes;
+                        none.insert(SpectralSimplification::new(parts.truth.mesh(), modes, &NoProgress)?)
+                    }
+                };
+                Ok::<_, SmsError>(simplification.to_faces(faces, &NoProgress)?)
+            });
+            making += seconds;
             let mesh = found.map_err(|e| e.to_string())?.mesh.into_triangle_mesh();
             Ok(Decoded { bytes: plain_bytes(&mesh), mesh, making, decoding: 0.0 })
         };

@@ -17,7 +17,7 @@ pub(crate) struct Scale {
     pub(crate) sizes: &'static [usize],
     /// Epochs of the paper's preset; all of them if not given.
     pub(crate) paper_epochs: Option<usize>,
-    /// Faces that spectral simplification leaves.
+    /// Faces that spectral simplification leaves, the most first: it goes through all of them.
     pub(crate) sms_faces: &'static [usize],
     /// Quadrilaterals of neural geometry fields, and iterations on each of their tessellations.
     pub(crate) ngf_quads: &'static [usize],
@@ -45,7 +45,7 @@ impl Scale {
         edge_lengths: &[0.2, 0.1, 0.05, 0.025, 0.014, 0.14, 0.07, 0.035, 0.01],
         sizes: &[9_000, 26_000, 4_500, 52_000, 17_500, 35_000],
         paper_epochs: None,
-        sms_faces: &[8_000, 2_000, 32_000, 4_000, 16_000, 1_000],
+        sms_faces: &[32_000, 16_000, 8_000, 4_000, 2_000, 1_000],
         ngf_quads: &[400, 100, 200, 800],
         ngf_iterations: 100,
         micromeshes: &[(1_000, 64_000), (4_000, 64_000), (250, 64_000), (1_000, 256_000), (16_000, 256_000)],

@@ -11,8 +11,10 @@ use crate::greedy::{Collapses, Greedy};
 
 /// Exponents of visibility, aspect and correlation of normals.
 const POWERS: [f64; 3] = [0.5, 0.5, 0.1];
-/// None of the three may be less.
+/// None of the three may become less, unless it is no less than before: the slivers of isosurfaces would stay for ever.
 const LEAST: f64 = 0.02;
+/// What each counts at least in the cost.
+const FLOOR: f64 = 1e-3;
 /// Weight of the planes that hold the boundary, relative to those of the faces.
 const BOUNDARY: f64 = 10.0;
 /// Share of the sum of the planes that pulls a vertex to the middle of its edge where they leave it free.
@@ -41,6 +43,34 @@ struct Decimation {
     /// Sums over the faces of the input that went into each vertex of their normals times a third of their area.
     normals: Vec<DVec3>,
     areas: Vec<f64>,
+}
+
+/// Faces around a vertex.
+struct Faces {
+    normals: Vec<DVec3>,
+    aspect: f64,
+    correlation: f64,
+}
+
+impl Default for Faces {
+    fn default() -> Self {
+        Self { normals: Vec::with_capacity(16), aspect: 1.0, correlation: 1.0 }
+    }
+}
+
+impl Faces {
+    /// Adds a face, given with the normals of the input at its corners.
+    fn add(&mut self, corners: [DVec3; 3], of_input: [DVec3; 3]) {
+        let normal = cross(corners).normalize_or_zero();
+        self.correlation = of_input.into_iter().map(|n| n.dot(normal)).fold(self.correlation, f64::min);
+        self.aspect = self.aspect.min(quality(corners));
+        self.normals.push(normal);
+    }
+
+    /// Visibility of the vertex, aspect, and correlation of normals.
+    fn parts(&self) -> [f64; 3] {
+        [max_min_visibility(&self.normals, ROUNDS).1, self.aspect, self.correlation]
+    }
 }
 
 impl Decimation {
@@ -77,29 +107,25 @@ impl Decimation {
         let mesh = &self.mesh;
         let ends = [mesh.tail(h), mesh.tip(h)];
         let gone = [h, mesh.raw_twin(h)].map(Halfedge::face);
-        let [tail, tip] = ends.map(|v| self.normals[v.index()]);
-        let merged = (tail + tip).normalize_or_zero();
-        let (mut normals, mut aspect, mut correlation) = (Vec::with_capacity(16), 1.0_f64, 1.0_f64);
+        let merged = ends.map(|v| self.normals[v.index()]).into_iter().sum::<DVec3>().normalize_or_zero();
+        let [mut before, mut after] = [Faces::default(), Faces::default()];
         for v in ends {
             for o in mesh.outgoing(v).filter(|o| !gone.contains(&o.face())) {
                 let others = [mesh.tip(o), mesh.tail(o.previous())];
                 let [x, y] = others.map(|w| mesh.position(w));
-                let (old, new) = (cross([mesh.position(v), x, y]), cross([place, x, y]));
-                if old != DVec3::ZERO && !agree(old, new, TURN) {
+                let (old, new) = ([mesh.position(v), x, y], [place, x, y]);
+                if cross(old) != DVec3::ZERO && !agree(cross(old), cross(new), TURN) {
                     return None;
                 }
-                let normal = new.normalize_or_zero();
-                let of_input = others.map(|w| self.normals[w.index()].normalize_or_zero());
-                let going = of_input.into_iter().chain([merged]).map(|n| n.dot(normal));
-                correlation = going.fold(correlation, f64::min);
-                aspect = aspect.min(quality([place, x, y]));
-                normals.push(normal);
+                let [x, y] = others.map(|w| self.normals[w.index()].normalize_or_zero());
+                before.add(old, [x, y, self.normals[v.index()].normalize_or_zero()]);
+                after.add(new, [x, y, merged]);
             }
         }
-        let visibility = max_min_visibility(&normals, ROUNDS).1;
-        let parts = [visibility, aspect, correlation];
-        let is_fit = parts.iter().all(|&part| part >= LEAST);
-        is_fit.then(|| parts.iter().zip(POWERS).map(|(part, power)| part.powf(power)).product())
+        let parts = after.parts();
+        let is_fit = parts.iter().all(|&part| part >= LEAST)
+            || parts.iter().zip(before.parts()).all(|(&part, before)| part >= before.min(LEAST));
+        is_fit.then(|| parts.iter().zip(POWERS).map(|(part, power)| part.max(FLOOR).powf(power)).product())
     }
 
     /// Where the merged vertex goes.

@@ -1,7 +1,9 @@
 use super::*;
 use ndf_core::NoProgress;
+use ndf_core::analytic::Torus;
 use ndf_mesh::metrics::{MeasureOptions, measure, vertex_distances};
 use ndf_mesh::{TriangleTree, shapes};
+use ndf_meshing::{MarchingCubesOptions, marching_cubes};
 
 fn bumpy(levels: u32) -> ManifoldMesh {
     let bump = |p: DVec3| {
@@ -123,4 +125,13 @@ fn threads_change_nothing() {
         pool.install(|| made(&mesh, 150))
     };
     assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn slivers_of_isosurfaces_stop_no_decimation() {
+    let torus = Torus { center: DVec3::ZERO, ring: 0.7, tube: 0.3 };
+    let options = MarchingCubesOptions { grid: 100, ..MarchingCubesOptions::default() };
+    let fine = marching_cubes(&torus, &options, &NoProgress).unwrap().mesh;
+    let found = made(&fine, 300);
+    assert!(found.base_face_count() <= 300, "{} faces", found.base_face_count());
 }

@@ -75,19 +75,44 @@ pub fn spectral_simplification(
     options: &SmsOptions,
     progress: &dyn Progress,
 ) -> Result<SpectrallySimplified, SmsError> {
-    let modes = plain_modes(mesh, options.modes, progress)?.1;
-    // M⁻¹ L φ = λ φ.
-    let functions = by_vertex(&modes.functions, |_| 1.0);
-    let images = by_vertex(&modes.functions, |k| modes.eigenvalues[k]);
-    let energy = Energy::new(EditableMesh::new(mesh), options.modes, functions, images);
-    let mut greedy = Greedy::new(energy);
-    greedy.run(options.faces, "spectral simplification", progress)?;
-    Ok(SpectrallySimplified {
-        reached: greedy.state.mesh.face_count() <= options.faces,
-        collapses: greedy.collapses,
-        energy: greedy.state.total(),
-        mesh: greedy.state.mesh.into_manifold(),
-    })
+    Ok(SpectralSimplification::new(mesh, options.modes, progress)?.to_faces(options.faces, progress)?)
+}
+
+/// A mesh that is simplified step by step: what it is at fewer faces follows from what it was at more, so that meshes of many
+/// sizes take no longer than the coarsest alone.
+pub struct SpectralSimplification(Greedy<Energy>);
+
+impl SpectralSimplification {
+    /// The mesh as it is, with so many modes to keep.
+    ///
+    /// # Errors
+    /// If the modes cannot be computed, or the observer asks to stop.
+    pub fn new(mesh: &ManifoldMesh, modes: usize, progress: &dyn Progress) -> Result<Self, SmsError> {
+        let kept = plain_modes(mesh, modes, progress)?.1;
+        // M⁻¹ L φ = λ φ.
+        let functions = by_vertex(&kept.functions, |_| 1.0);
+        let images = by_vertex(&kept.functions, |k| kept.eigenvalues[k]);
+        Ok(Self(Greedy::new(Energy::new(EditableMesh::new(mesh), modes, functions, images))))
+    }
+
+    /// The mesh at so many faces, or as it is if it has fewer: equal to what [`spectral_simplification`] makes at once.
+    ///
+    /// # Errors
+    /// If the observer asks to stop.
+    pub fn to_faces(
+        &mut self,
+        faces: usize,
+        progress: &dyn Progress,
+    ) -> Result<SpectrallySimplified, Cancelled> {
+        let Self(greedy) = self;
+        greedy.run(faces, "spectral simplification", progress)?;
+        Ok(SpectrallySimplified {
+            reached: greedy.state.mesh.face_count() <= faces,
+            collapses: greedy.collapses,
+            energy: greedy.state.total(),
+            mesh: greedy.state.mesh.clone().into_manifold(),
+        })
+    }
 }
 
 /// Functions as a row of values for each vertex, each function times a factor.

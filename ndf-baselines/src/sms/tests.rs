@@ -42,6 +42,20 @@ fn the_first_eigenvalues_are_kept_better_than_by_quadrics() {
 }
 
 #[test]
+fn step_by_step_is_as_at_once() {
+    let mesh = bumpy(3);
+    let mut steps = SpectralSimplification::new(&mesh, 20, &NoProgress).unwrap();
+    for faces in [1000, 600, 800, 300] {
+        let step = steps.to_faces(faces, &NoProgress).unwrap();
+        let options = SmsOptions::to_faces(faces.min(step.mesh.face_count()));
+        let at_once = spectral_simplification(&mesh, &options, &NoProgress).unwrap();
+        assert!(step.reached);
+        assert_eq!(step.mesh.positions(), at_once.mesh.positions());
+        assert_eq!(step.mesh.faces(), at_once.mesh.faces());
+    }
+}
+
+#[test]
 fn a_mesh_is_true_to_itself() {
     let mesh = bumpy(3);
     let same = SpectralFidelity::of(&mesh, &mesh, 12, &NoProgress).unwrap();
