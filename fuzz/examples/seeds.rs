@@ -10,6 +10,7 @@ use ndf_mesh::shapes;
 use ndf_model::file::{Precision, StoredBase};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_mesh::io::VertexScalars;
+use ndf_mesh::io::gltf::{GlbOptions, to_glb};
 use ndf_model::{DisplacementField, FieldShape, Model, SurfaceScalars};
 use ndf_train::scalars::{ScalarLevelOptions, fit_levels as fit_levels_of_scalars};
 use ndf_train::levels::{LevelOptions, fit_levels};
@@ -74,7 +75,20 @@ fn scalars(model: &Model) -> SurfaceScalars {
     found.expect("a sphere has heights").fields
 }
 
-/// A tetrahedron in every format.
+/// A square in quantised numbers, some of them sparse, as a strip under two nodes.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[1]}],
+"nodes":[{"mesh":0,"scale":[2,1,-1]},{"children":[0],"rotation":[0,0,0.6,0.8],"translation":[1,2,3]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"_HEIGHT":1},"indices":2,"mode":5}]}],
+"accessors":[{"bufferView":0,"componentType":5120,"normalized":true,"count":4,"type":"VEC3","sparse":{"count":1,
+"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0,"byteOffset":4}}},
+{"componentType":5126,"count":4,"type":"SCALAR"},{"bufferView":1,"componentType":5121,"count":4,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteLength":16,"byteStride":4},{"buffer":0,"byteOffset":16,"byteLength":4}],
+"buffers":[{"byteLength":20,"uri":"data:;base64,AAAAAH8AAAAAfwAAf38AAAABAgM="}]}"#;
+
+/// Makes its mesh one whose faces meet as the extension says.
+const MANIFOLD: &str = r#""extensions":{"EXT_mesh_manifold":{"manifoldPrimitive":{"attributes":{"POSITION":0},"indices":2,"mode":5}}},"primitives""#;
+
+/// A tetrahedron in every format but glTF, which has more to it.
 fn meshes() -> Vec<(&'static str, Vec<u8>)> {
     let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
     let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -107,9 +121,15 @@ fn meshes() -> Vec<(&'static str, Vec<u8>)> {
         let loop_: String = face.iter().map(corner).collect();
         text_stl += &format!("facet normal 0 0 1\nouter loop\n{loop_}endloop\nendfacet\n");
     }
+    let ball = shapes::icosphere(0);
+    let values = ball.positions().iter().map(|p| p.z as f32).collect();
+    let height = VertexScalars { name: "height".to_owned(), values };
     let obj = corners.map(|p| format!("v {p}\n")).concat() + &numbered(1, "f ");
     vec![
         ("obj", obj.into_bytes()),
+        ("glb", to_glb(&ball, &[height], &GlbOptions::default()).expect("a ball is glTF")),
+        ("gltf", GLTF.as_bytes().to_vec()),
+        ("manifold.gltf", GLTF.replace("\"primitives\"", MANIFOLD).into_bytes()),
         ("off", format!("OFF\n4 4 0\n{vertices}\n{}", numbered(0, "3 ")).into_bytes()),
         ("ascii.ply", format!("{header}{vertices}\n{}", numbered(0, "3 ")).into_bytes()),
         ("binary.ply", binary_ply),

@@ -126,7 +126,7 @@ impl Context {
         if rounding.is_coarse() {
             self.warn(&format!(
                 "{}: this format has single precision, which moved vertices by up to {}, far from the origin as they are; \
-                 .ply and .obj keep them",
+                 .ply, .glb and .obj keep them",
                 path.display(),
                 readable(rounding.moved)
             ));

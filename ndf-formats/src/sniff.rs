@@ -31,16 +31,17 @@ pub fn sniff(bytes: &[u8]) -> Option<Format> {
     match Signature::of(bytes) {
         Some(Signature::Foreign(what)) => return Some(Format::Foreign(what)),
         Some(Signature::Ply) => return Some(ply(bytes)),
+        Some(Signature::Glb) => return Some(glb(bytes)),
+        Some(Signature::Gltf) => return Some(Format::Mesh(MeshFormat::Gltf)),
         _ => {}
     }
     if let Some(container) = tensors::container_of(bytes) {
         return Some(Format::Tensors(container));
     }
-    if let Some(packed @ (Signature::Zip | Signature::Gzip | Signature::Glb)) = Signature::of(bytes) {
+    if let Some(packed @ (Signature::Zip | Signature::Gzip)) = Signature::of(bytes) {
         let what = match packed {
             Signature::Zip => tensors::other_archive(bytes),
-            Signature::Gzip => "packed by gzip; unpack it first",
-            _ => "binary glTF without splats, which is not read; export it as OBJ, PLY or STL",
+            _ => "packed by gzip; unpack it first",
         };
         return Some(splats::splat_format(bytes).map_or(Format::Foreign(what), Format::Splats));
     }
@@ -61,10 +62,16 @@ fn ply(bytes: &[u8]) -> Format {
     }
 }
 
+/// Binary glTF holds splats if it names their extension, else a mesh.
+fn glb(bytes: &[u8]) -> Format {
+    splats::splat_format(bytes).map_or(Format::Mesh(MeshFormat::Glb), Format::Splats)
+}
+
 #[cfg(all(test, feature = "full"))]
 mod tests {
     use super::*;
     use crate::{point_cloud, splats, tensors};
+    use ndf_mesh::io::gltf::{GlbOptions, to_glb};
     use ndf_mesh::shapes;
 
     /// Text meshes and a binary one.
@@ -93,6 +100,7 @@ mod tests {
             ("text.stl", solid.into()),
             ("binary.stl", stl),
             ("cut.stl", cut),
+            ("a.glb", to_glb(&mesh, &[], &GlbOptions::default()).expect("it is finite")),
         ]
     }
 
@@ -154,7 +162,7 @@ mod tests {
     fn magic_numbers_come_before_sizes() {
         // Formats with a magic number, lengthened and with a count where binary STL has it, so that the size fits.
         for (family, name, mut bytes) in files().into_iter().filter(|(_, _, b)| Signature::of(b).is_some()) {
-            if bytes.len() < 84 || bytes.starts_with(b"ply") {
+            if bytes.len() < 84 || family == "mesh" || bytes.starts_with(b"ply") {
                 continue;
             }
             let triangles = (bytes.len() - 84).div_ceil(50);

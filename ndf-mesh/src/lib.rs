@@ -19,6 +19,7 @@
 //! # Ok::<(), ndf_mesh::NotManifold>(())
 //! ```
 
+pub mod colour_map;
 mod face_point;
 pub mod halfedge;
 pub mod hierarchy;
@@ -37,6 +38,7 @@ mod triangle_mesh;
 pub mod triangle_tree;
 mod validation;
 
+pub use colour_map::ColourMap;
 pub use face_point::FacePoint;
 pub use halfedge::{NO_HALFEDGE, Topology, TopologyError};
 pub use index::{Edge, Face, Halfedge, Vertex};

@@ -5,6 +5,7 @@ use ndf_formats::splats::SplatError;
 use ndf_formats::tensors::{PickleError, TensorError};
 use ndf_geodesic::GeodesicError;
 use ndf_intrinsic::ExtractionError;
+use ndf_mesh::io::gltf::NotGlb;
 use ndf_mesh::io::{ReadError, WriteError};
 use ndf_meshing::{BaseMeshError, IsosurfaceError};
 use ndf_model::file::{ModelError, PartDefect};
@@ -160,6 +161,11 @@ impl Error {
                 | WriteError::NoLines { .. }
                 | WriteError::ScalarName { .. } => "unwritable_name",
                 WriteError::ScalarLength { .. } => "mismatch",
+                WriteError::Glb { source, .. } => match source {
+                    NotGlb::NotFinite { .. } => "not_finite",
+                    NotGlb::TooLarge { .. } => "too_large",
+                    NotGlb::ScalarLength { .. } => "mismatch",
+                },
             },
         }
     }

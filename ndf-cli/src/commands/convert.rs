@@ -18,7 +18,7 @@ pub struct Arguments {
     /// A model: `.ndf`, of this or an earlier version, or `.safetensors` exported from one.
     model: PathBuf,
     /// The file to write: a model (`.ndf`), its arrays in single precision (`.safetensors`), or its base mesh in the
-    /// units of the input (`.ply`, `.obj`, `.stl`); with levels, the control mesh around the surface.
+    /// units of the input (`.ply`, `.glb`, `.obj`, `.stl`); with levels, the control mesh around the surface.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Round features and weights, without training; `ndf fit --bits` trains with rounded numbers, which is better.
@@ -40,7 +40,7 @@ impl Form {
             Some("safetensors") => Ok(Self::Tensors),
             _ => format_to_write(path).map(|_| Self::Base).map_err(|_| {
                 Failure::new(format!("cannot tell from the name {} what to write", path.display())).try_instead(
-                    "end it in .ndf for a model, .safetensors for its arrays, .ply, .obj or .stl for its base mesh",
+                    "end it in .ndf for a model, .safetensors for its arrays, .ply, .glb, .obj or .stl for its base mesh",
                 )
             }),
         }

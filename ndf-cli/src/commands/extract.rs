@@ -18,7 +18,7 @@ use crate::output::{Failure, Outcome, check_output, grouped, passes, readable, t
 pub struct Arguments {
     /// The model.
     model: PathBuf,
-    /// The mesh to write; the extension sets the format (.ply, .obj, .stl).
+    /// The mesh to write; the extension sets the format (.ply, .glb, .obj, .stl).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]

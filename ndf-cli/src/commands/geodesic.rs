@@ -22,7 +22,7 @@ use crate::triangulation::read_triangulation;
 pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
-    /// The mesh to write, with the vertex scalar `distance` (.ply; .obj and .stl have no scalars and lose it).
+    /// The mesh to write, with the vertex scalar `distance` (.ply, or .glb for viewers; .obj and .stl have no scalars and lose it).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]
@@ -38,7 +38,7 @@ pub struct Arguments {
     /// barycentric coordinates, too.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     path_to: Vec<DVec3>,
-    /// Where the paths go: .ply with an element `edge` (for MeshLab, trimesh), or .obj with lines (for pyvista, ParaView)
+    /// Where the paths go: .ply with an element `edge` (for MeshLab, trimesh), .obj with lines (for pyvista, ParaView), or .glb
     /// [default: the name of the mesh with .paths.ply].
     #[arg(long, value_name = "FILE", requires = "path_to")]
     paths: Option<PathBuf>,
@@ -170,8 +170,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 /// Whether the outputs can be expected to appear, and hold what is asked for.
 fn check_places(arguments: &Arguments, context: &Context) -> Result<(), Failure> {
     let (output, input) = (&arguments.output, arguments.triangulation.input.as_path());
-    if format_to_write(output)? != MeshFormat::Ply {
-        context.warn(&format!("{}: this format holds no scalars; .ply has the distances", output.display()));
+    if !matches!(format_to_write(output)?, MeshFormat::Ply | MeshFormat::Glb) {
+        context.warn(&format!(
+            "{}: this format holds no scalars; .ply and .glb have the distances",
+            output.display()
+        ));
     }
     check_output(output, &[input])?;
     let Some(paths) = arguments.paths() else { return Ok(()) };

@@ -25,7 +25,7 @@ const MAX_GRID: u32 = 2048;
 pub struct Arguments {
     /// The surface to mesh.
     input: PathBuf,
-    /// The mesh to write; the extension sets the format (.ply, .obj, .stl).
+    /// The mesh to write; the extension sets the format (.ply, .glb, .obj, .stl).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]

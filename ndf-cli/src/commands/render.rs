@@ -35,10 +35,10 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,
-    /// Colour the surface by this vertex scalar of the PLY file, or of the model.
+    /// Colour the surface by this vertex scalar of the PLY or glTF file, or of the model.
     #[arg(long, value_name = "NAME")]
     scalar: Option<String>,
-    /// Draw the lines of this file, such as the paths of `ndf geodesic` (.ply with an element `edge`, .obj); may be given
+    /// Draw the lines of this file, such as the paths of `ndf geodesic` (.ply with an element `edge`, .obj, .glb); may be given
     /// several times.
     #[arg(long, value_name = "FILE")]
     paths: Vec<PathBuf>,
@@ -184,7 +184,7 @@ fn scalar(arguments: &Arguments, drawn: &mut Drawn, name: &str) -> Result<Vec<f3
     let failure = Failure::new(format!("{} has no vertex scalar named {name}", arguments.input.display()));
     let names: Vec<&str> = drawn.scalars.iter().map(|s| s.name.as_str()).collect();
     Err(if names.is_empty() {
-        failure.try_instead("it has none at all; PLY files and models hold scalars")
+        failure.try_instead("it has none at all; PLY and glTF files and models hold scalars")
     } else {
         failure.try_instead(&format!("it has {}", names.join(", ")))
     })

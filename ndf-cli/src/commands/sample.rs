@@ -22,7 +22,7 @@ use crate::output::{Failure, Outcome, grouped};
 pub struct Arguments {
     /// What to write.
     kind: Kind,
-    /// The file to write; for a mesh the extension sets the format (.ply, .obj, .stl).
+    /// The file to write; for a mesh the extension sets the format (.ply, .glb, .obj, .stl).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The shape; networks are a sphere or a torus.

@@ -89,7 +89,7 @@ struct Network {
 pub struct EvalArguments {
     /// The model.
     model: PathBuf,
-    /// The mesh to write (.ply; other formats hold no scalars).
+    /// The mesh to write (.ply, .glb; other formats hold no scalars).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     #[command(flatten)]

@@ -19,7 +19,7 @@ use crate::triangulation::read_triangulation;
 pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
-    /// The mesh to write, with a scalar for every mode (.ply; other formats hold no scalars).
+    /// The mesh to write, with a scalar for every mode (.ply, .glb; other formats hold no scalars).
     #[arg(short, long, value_name = "MESH")]
     output: PathBuf,
     /// Number of modes, the constant one included.

@@ -1,6 +1,7 @@
 //! A bar of colours with its values, drawn beside a picture.
 
-use super::colour_map::ColourMap;
+use ndf_mesh::ColourMap;
+
 use super::lines::coverage;
 use super::{Image, shading};
 use crate::output::readable;

@@ -7,7 +7,6 @@
 //! the screen, by their distance in pixels. The same scene gives the same picture on any number of threads.
 
 mod camera;
-mod colour_map;
 mod export;
 mod legend;
 mod lighting;
@@ -19,9 +18,9 @@ mod tubes;
 mod upright;
 
 pub use camera::{Camera, Up, View};
-pub use colour_map::{ColourMap, Legend};
 pub use export::{exr_bytes, png_bytes};
 pub use legend::{strip_width, with_legend};
+pub use ndf_mesh::colour_map::{ColourMap, Legend};
 pub use points::{MAX_POINTS, discs};
 pub use tubes::with_tubes;
 pub use upright::upright;

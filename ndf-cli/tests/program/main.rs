@@ -6,6 +6,7 @@ mod bad_meshes;
 mod commands;
 mod docs;
 mod fields;
+mod gltf;
 mod json;
 mod kinds;
 mod learning;

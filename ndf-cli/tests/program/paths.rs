@@ -26,7 +26,11 @@ fn several_paths_are_told_and_written_as_lines() {
     ndf(&folder.0, &["sample", "mesh", "--shape", "cube", "-o", "cube.ply"]);
     let geodesic = ["geodesic", "cube.ply", "-o", "d.ply", "--source", "1,0,0", "--json", "--quiet"];
     let to = ["--path-to", "-1,0,0", "--path-to", "1,0.5,0", "--path-to=0,0,1"];
-    for (paths, place) in [(&[][..], "d.paths.ply"), (&["--paths", "lines.obj"], "lines.obj")] {
+    for (paths, place) in [
+        (&[][..], "d.paths.ply"),
+        (&["--paths", "lines.obj"], "lines.obj"),
+        (&["--paths", "lines.glb"], "lines.glb"),
+    ] {
         let found = ndf(&folder.0, &[&geodesic[..], &to, paths].concat()).json();
         let told: Vec<f64> =
             found["paths"].as_array().unwrap().iter().map(|p| p["length"].as_f64().unwrap()).collect();
@@ -83,7 +87,7 @@ fn distances_that_a_format_loses_are_warned_of() {
     let lost = ndf(&folder.0, &["geodesic", "cube.ply", "-o", "d.obj", "--source-vertex", "0", "--json"]);
     lost.json();
     assert!(
-        lost.stderr.contains("d.obj: this format holds no scalars; .ply has the distances"),
+        lost.stderr.contains("d.obj: this format holds no scalars; .ply and .glb have the distances"),
         "{}",
         lost.stderr
     );

@@ -4,7 +4,6 @@
 mod antimatter;
 mod checkpoint;
 mod compressed_ply;
-#[cfg(feature = "glb")]
 mod glb;
 mod inria_ply;
 mod ksplat;
@@ -146,7 +145,7 @@ pub fn splat_format(bytes: &[u8]) -> Option<SplatFormat> {
     }
     match Signature::of(bytes) {
         Some(Signature::Zip) => return tensors::is_sog(bytes).then_some(SplatFormat::Sog),
-        Some(Signature::Glb) => return is_glb(bytes).then_some(SplatFormat::Glb),
+        Some(Signature::Glb) => return glb::recognises(bytes).then_some(SplatFormat::Glb),
         _ if is_spz(bytes) => return Some(SplatFormat::Spz),
         None if ksplat::recognises(bytes) => return Some(SplatFormat::Ksplat),
         _ => {}
@@ -175,10 +174,7 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
         SplatFormat::Sog => sog::read(bytes),
         #[cfg(not(feature = "sog"))]
         SplatFormat::Sog => Err(SplatError::NotBuilt { format, feature: "sog" }),
-        #[cfg(feature = "glb")]
         SplatFormat::Glb => glb::read(bytes),
-        #[cfg(not(feature = "glb"))]
-        SplatFormat::Glb => Err(SplatError::NotBuilt { format, feature: "glb" }),
         // Tensors are read before.
         SplatFormat::Checkpoint(_) => Err(SplatError::Unknown),
     }?;
@@ -187,14 +183,6 @@ pub fn parse_splats(bytes: &[u8]) -> Result<(SplatFormat, Vec<Splat>), SplatErro
 
 fn sigmoid(x: f32) -> f32 {
     (1.0 + (-x).exp()).recip()
-}
-
-/// Whether binary glTF holds splats. Without its reader, it is not looked into.
-fn is_glb(bytes: &[u8]) -> bool {
-    #[cfg(feature = "glb")]
-    return glb::recognises(bytes);
-    #[cfg(not(feature = "glb"))]
-    return bytes.is_empty();
 }
 
 /// The first bytes of SPZ, bare or within gzip.

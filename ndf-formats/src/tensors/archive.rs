@@ -69,9 +69,9 @@ pub(super) fn other(bytes: &[u8]) -> &'static str {
     let names = Archive::open(bytes).map(|archive| archive.names()).unwrap_or_default();
     let has = |end: &str| names.iter().any(|name| name.to_ascii_lowercase().ends_with(end));
     if has(".model") {
-        "a 3MF file, which is not read; export it as OBJ, PLY or STL"
+        "a 3MF file, which is not read; export it as OBJ, PLY, STL or glTF"
     } else if has(".usdc") || has(".usda") || has(".usd") {
-        "a USD file, which is not read; export it as OBJ, PLY or STL"
+        "a USD file, which is not read; export it as OBJ, PLY, STL or glTF"
     } else if has(".weights.h5") {
         "a model of Keras 3; take the file model.weights.h5 out of it"
     } else if has(".fcstd") || has("document.xml") {

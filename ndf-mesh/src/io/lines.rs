@@ -1,13 +1,13 @@
 //! Lines in space, as paths over surfaces are: PLY with an element `edge`, of which trimesh makes paths and MeshLab shows
-//! lines, and OBJ with statements `l`, for pyvista and ParaView, which read no edges of PLY.
+//! lines, OBJ with statements `l`, for pyvista and ParaView, which read no edges of PLY, and binary glTF.
 
 use std::path::Path;
 
 use ndf_core::DVec3;
 
 use super::{
-    FileDefect, MeshFormat, Positions, ReadError, Rounding, WriteError, atomic_write, format_to_write, obj,
-    ply,
+    FileDefect, MeshFormat, Positions, ReadError, Rounding, Signature, WriteError, atomic_write,
+    format_to_write, gltf, obj, ply,
 };
 
 /// Segments between points.
@@ -37,22 +37,31 @@ impl Lines {
     }
 }
 
-/// Reads the lines of a file: of PLY the element `edge` with `vertex1` and `vertex2`, of OBJ the statements `l`.
+/// Reads the lines of a file: of PLY the element `edge` with `vertex1` and `vertex2`, of OBJ the statements `l`, of glTF the
+/// primitives of lines.
 ///
 /// # Errors
 /// As [`read_mesh`](super::read_mesh), and if the file has no line.
 pub fn read_lines(path: impl AsRef<Path>) -> Result<Lines, ReadError> {
     let path = path.as_ref();
     let bytes = std::fs::read(path).map_err(|source| ReadError::Io { path: path.to_owned(), source })?;
-    let file = super::parse_mesh(&bytes, path)?;
-    let malformed = |defect| ReadError::Malformed { path: path.to_owned(), format: file.format, defect };
-    let bytes = super::text::without_mark(&bytes);
-    let segments = match file.format {
-        MeshFormat::Ply => ply::edges(bytes).map_err(malformed)?,
-        MeshFormat::Obj => obj::lines(bytes).map_err(malformed)?,
-        MeshFormat::Stl | MeshFormat::Off => Vec::new(),
+    let malformed = |format, defect| ReadError::Malformed { path: path.to_owned(), format, defect };
+    let (format, lines) = match Signature::of(&bytes) {
+        Some(Signature::Glb) => (MeshFormat::Glb, gltf::lines(&bytes, path)),
+        Some(Signature::Gltf) => (MeshFormat::Gltf, gltf::lines(&bytes, path)),
+        _ => {
+            let file = super::parse_mesh(&bytes, path)?;
+            let bytes = super::text::without_mark(&bytes);
+            let segments = match file.format {
+                MeshFormat::Ply => ply::edges(bytes),
+                MeshFormat::Obj => obj::lines(bytes),
+                _ => Ok(Vec::new()),
+            };
+            (file.format, segments.map(|segments| (file.mesh.into_parts().0, segments)))
+        }
     };
-    let points = file.mesh.into_parts().0;
+    let malformed = |defect| malformed(format, defect);
+    let (points, segments) = lines.map_err(malformed)?;
     if let Some(&[a, b]) = segments.iter().find(|ends| ends.iter().any(|&v| v as usize >= points.len())) {
         let (vertex, vertices) = (a.max(b), points.len());
         let text = format!("a line ends at vertex {vertex}, but there are {vertices} vertices");
@@ -64,7 +73,7 @@ pub fn read_lines(path: impl AsRef<Path>) -> Result<Lines, ReadError> {
     Ok(Lines { points, segments })
 }
 
-/// Writes lines in the format the extension names: `.ply` or `.obj`, positions as [`write_mesh`](super::write_mesh) does.
+/// Writes lines in the format the extension names: `.ply`, `.glb` or `.obj`, positions as [`write_mesh`](super::write_mesh) does.
 ///
 /// # Errors
 /// If the extension is another, or the file cannot be written.
@@ -74,18 +83,19 @@ pub fn write_lines(path: impl AsRef<Path>, lines: &Lines, positions: Positions) 
     let is_double = positions == Positions::Double || Rounding::to_single(&lines.points).is_coarse();
     let written = atomic_write(path, |out| match format {
         MeshFormat::Obj => obj::write_lines(out, &lines.points, &lines.segments),
+        MeshFormat::Glb => gltf::write_lines(out, &lines.points, &lines.segments),
         _ => ply::write_lines(out, &lines.points, &lines.segments, is_double),
     });
     written.map_err(|source| WriteError::Io { path: path.to_owned(), source })
 }
 
-/// The format in which lines will be written to `path`: `.ply` or `.obj`, in either case.
+/// The format in which lines will be written to `path`: `.ply`, `.glb` or `.obj`, in either case.
 ///
 /// # Errors
-/// If the extension is neither.
+/// If the extension is another.
 pub fn format_of_lines(path: &Path) -> Result<MeshFormat, WriteError> {
     match format_to_write(path) {
-        Ok(format @ (MeshFormat::Ply | MeshFormat::Obj)) => Ok(format),
+        Ok(format @ (MeshFormat::Ply | MeshFormat::Glb | MeshFormat::Obj)) => Ok(format),
         _ => Err(WriteError::NoLines { path: path.to_owned() }),
     }
 }
@@ -105,7 +115,7 @@ mod tests {
         for points in [near, far] {
             let lines = Lines::from_polylines([&points[..3], &points[3..]]);
             assert_eq!(lines.segments, [[0, 1], [1, 2], [3, 4]]);
-            for name in ["a.ply", "a.obj"] {
+            for name in ["a.ply", "a.obj", "a.glb"] {
                 let path = place(name);
                 write_lines(&path, &lines, Positions::Suited).unwrap();
                 assert_eq!(read_lines(&path).unwrap(), lines, "{name}");

@@ -1,4 +1,4 @@
-//! Mesh files: Wavefront OBJ, PLY, STL and OFF read, the first three written.
+//! Mesh files: Wavefront OBJ, PLY, STL, OFF and glTF read; all but OFF written, glTF in its binary container.
 //!
 //! What a file is, is decided by its content, in this order: magic numbers ([`Signature`]), the words of text formats, and
 //! last, for binary STL, which has neither, its size. Readers take every file apart without trusting it: counts
@@ -6,12 +6,14 @@
 
 mod atomic;
 mod defect;
+pub mod gltf;
 mod lines;
 mod note;
 mod obj;
 mod off;
 mod ply;
 mod polygons;
+mod rounding;
 mod signature;
 mod stl;
 mod text;
@@ -27,11 +29,10 @@ pub use defect::FileDefect;
 pub use lines::{Lines, format_of_lines, read_lines, write_lines};
 pub use note::ReadNote;
 pub use ply::{PlyElement, ply_elements};
+pub use rounding::Rounding;
 pub use signature::Signature;
 pub use text::beginning_to_sniff;
-pub use write::{
-    Positions, Rounding, WriteError, format_to_write, is_property_name, write_mesh, write_mesh_with,
-};
+pub use write::{Positions, WriteError, format_to_write, is_property_name, write_mesh, write_mesh_with};
 
 /// The mesh file formats known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,10 @@ pub enum MeshFormat {
     Stl,
     /// OFF, the Geomview object file format (text).
     Off,
+    /// glTF 2.0 in one binary file.
+    Glb,
+    /// glTF 2.0 in JSON.
+    Gltf,
 }
 
 impl fmt::Display for MeshFormat {
@@ -53,6 +58,8 @@ impl fmt::Display for MeshFormat {
             Self::Ply => "PLY",
             Self::Stl => "STL",
             Self::Off => "OFF",
+            Self::Glb => "GLB",
+            Self::Gltf => "glTF",
         })
     }
 }
@@ -80,11 +87,12 @@ impl VertexScalars {
 /// What a mesh file held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
-    /// Vertices in the order of the file (STL: of first occurrence) and faces, polygons cut into fans of
+    /// Vertices in the order of the file (STL and glTF: of first occurrence) and faces, polygons cut into fans of
     /// triangles. A point set has no faces.
     pub mesh: TriangleMesh,
     /// The vertex properties of a PLY file other than `x`, `y`, `z`, in the order of the file; the normals `nx`, `ny`,
-    /// `nz` of an OBJ or OFF file without faces, if there is one for each vertex.
+    /// `nz` of an OBJ or OFF file without faces, if there is one for each vertex; the attributes of glTF that begin with an
+    /// underscore and are single numbers, NaN where a part of the scene does not have them.
     pub scalars: Vec<VertexScalars>,
     /// The format of the file.
     pub format: MeshFormat,
@@ -104,7 +112,7 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// The content is none of the known formats.
-    #[error("{} is not a mesh file: {reason}; OBJ, PLY, STL and OFF can be read", path.display())]
+    #[error("{} is not a mesh file: {reason}; OBJ, PLY, STL, OFF and glTF can be read", path.display())]
     Unrecognised {
         /// The file.
         path: PathBuf,
@@ -151,8 +159,8 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
     parse_mesh(&bytes, path)
 }
 
-/// Reads a mesh from the bytes of a file. `path` is used in messages, and its extension to tell files apart
-/// whose content leaves it open (a file of comments only).
+/// Reads a mesh from the bytes of a file. `path` is used in messages, its extension to tell files apart whose content
+/// leaves it open (a file of comments only), and its folder for the buffers of a `.gltf`.
 ///
 /// # Errors
 /// As [`read_mesh`].
@@ -163,6 +171,8 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
     }
     let format = match Signature::of(bytes) {
         Some(Signature::Ply) => MeshFormat::Ply,
+        Some(Signature::Glb) => MeshFormat::Glb,
+        Some(Signature::Gltf) => MeshFormat::Gltf,
         Some(Signature::Foreign(what)) => return Err(ReadError::Foreign { path: path.to_owned(), what }),
         Some(other) => return Err(unrecognised(other.clause())),
         None => {
@@ -176,6 +186,7 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
         MeshFormat::Ply => ply::read(bytes),
         MeshFormat::Stl => stl::read(bytes),
         MeshFormat::Off => off::read(bytes),
+        MeshFormat::Glb | MeshFormat::Gltf => gltf::read(bytes, path),
     };
     match parsed {
         Ok(Content { mesh, scalars, notes }) => Ok(MeshFile { mesh, scalars, format, notes }),
@@ -189,6 +200,8 @@ pub fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, ReadError> {
 pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
     match Signature::of(bytes) {
         Some(Signature::Ply) => return Some(MeshFormat::Ply),
+        Some(Signature::Glb) if !gltf::names(bytes, gltf::SPLATS) => return Some(MeshFormat::Glb),
+        Some(Signature::Gltf) => return Some(MeshFormat::Gltf),
         Some(_) => return None,
         None => {}
     }
@@ -208,8 +221,8 @@ pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
     }
 }
 
-/// Whether a mesh file announces faces: those of PLY and OFF in the header, those of OBJ as lines. An STL file counts
-/// always, since it has nothing else.
+/// Whether a mesh file announces faces: those of PLY and OFF in the header, those of OBJ as lines. Files of STL and glTF count
+/// always, since they are read for nothing else.
 pub fn has_faces(bytes: &[u8], format: MeshFormat) -> bool {
     let bytes = text::without_mark(bytes);
     match format {
@@ -218,7 +231,7 @@ pub fn has_faces(bytes: &[u8], format: MeshFormat) -> bool {
         }),
         MeshFormat::Off => off::announces_faces(bytes),
         MeshFormat::Obj => obj::has_faces(bytes),
-        MeshFormat::Stl => true,
+        MeshFormat::Stl | MeshFormat::Glb | MeshFormat::Gltf => true,
     }
 }
 
@@ -229,6 +242,8 @@ fn format_of_extension(path: &Path) -> Option<MeshFormat> {
         "ply" => Some(MeshFormat::Ply),
         "stl" => Some(MeshFormat::Stl),
         "off" => Some(MeshFormat::Off),
+        "glb" => Some(MeshFormat::Glb),
+        "gltf" => Some(MeshFormat::Gltf),
         _ => None,
     }
 }

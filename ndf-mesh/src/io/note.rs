@@ -46,6 +46,22 @@ pub enum ReadNote {
         /// How many there are.
         triangles: usize,
     },
+    /// Vertices of a scene of glTF, which repeats them wherever normals or pictures change, were joined with others of their
+    /// mesh in exactly the same place.
+    SeamsJoined {
+        /// How many are one with others now.
+        vertices: usize,
+    },
+    /// Parts of a scene of glTF that are not made of triangles, or nowhere, were left out.
+    PartsLeftOut {
+        /// How many.
+        parts: usize,
+    },
+    /// Meshes of a scene of glTF that a skeleton or morph targets move are in the pose in which they were made.
+    BasePose {
+        /// How many.
+        meshes: usize,
+    },
     /// Bytes follow the last triangle that a binary STL announces.
     TrailingBytes {
         /// How many.
@@ -84,6 +100,24 @@ impl fmt::Display for ReadNote {
             }
             Self::CountBySize { announced, triangles } => {
                 write!(f, "it announces {announced} triangles; the {triangles} that its size tells were read")
+            }
+            Self::SeamsJoined { vertices } => {
+                write!(
+                    f,
+                    "{vertices} vert{} joined with others in the same place, as glTF repeats them at seams",
+                    if vertices == 1 { "ex" } else { "ices" }
+                )
+            }
+            Self::PartsLeftOut { parts } => {
+                write!(f, "{parts} part{} of points or lines left out", plural(parts))
+            }
+            Self::BasePose { meshes } => {
+                write!(
+                    f,
+                    "{meshes} mesh{} that a skeleton or morph targets move read in the pose in which {} made",
+                    if meshes == 1 { "" } else { "es" },
+                    if meshes == 1 { "it was" } else { "they were" }
+                )
             }
             Self::TrailingBytes { bytes } => {
                 write!(f, "{bytes} bytes after the last announced triangle were passed over")

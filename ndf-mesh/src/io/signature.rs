@@ -24,6 +24,8 @@ pub enum Signature {
     Spz,
     /// Binary glTF.
     Glb,
+    /// glTF in JSON.
+    Gltf,
     /// A zip archive, which may hold arrays.
     Zip,
     /// Something packed by gzip.
@@ -64,18 +66,18 @@ const BEGINNINGS: [(&[u8], Signature); 38] = {
         (b"RIFF", Foreign("a RIFF file, a picture or a recording")),
         (b"\x76\x2f\x31\x01", PICTURE),
         (b"%PDF-", Foreign("a PDF document")),
-        (b"Kaydara FBX", Foreign("an FBX file, which is not read; export it as OBJ, PLY or STL")),
-        (b"; FBX", Foreign("an FBX file, which is not read; export it as OBJ, PLY or STL")),
-        (b"BLENDER", Foreign("a scene of Blender, which is not read; export it as OBJ, PLY or STL")),
-        (b"PXR-USDC", Foreign("a USD file, which is not read; export it as OBJ, PLY or STL")),
-        (b"#usda", Foreign("a USD file, which is not read; export it as OBJ, PLY or STL")),
+        (b"Kaydara FBX", Foreign("an FBX file, which is not read; export it as OBJ, PLY, STL or glTF")),
+        (b"; FBX", Foreign("an FBX file, which is not read; export it as OBJ, PLY, STL or glTF")),
+        (b"BLENDER", Foreign("a scene of Blender, which is not read; export it as OBJ, PLY, STL or glTF")),
+        (b"PXR-USDC", Foreign("a USD file, which is not read; export it as OBJ, PLY, STL or glTF")),
+        (b"#usda", Foreign("a USD file, which is not read; export it as OBJ, PLY, STL or glTF")),
         (b"DRACO", Foreign("packed by Draco, which is not read; unpack it as PLY or OBJ")),
         (b"OCTM", Foreign("an OpenCTM file, which is not read; convert it to PLY or OBJ")),
         (b"# vtk DataFile", Foreign("a VTK file, which is not read; convert it to PLY, OBJ or STL")),
         (b"ISO-10303-21", Foreign("a STEP file, which is not read; export it as STL or OBJ")),
         (
             b"3D Geometry File Format",
-            Foreign("a Rhino model, which is not read; export it as OBJ, PLY or STL"),
+            Foreign("a Rhino model, which is not read; export it as OBJ, PLY, STL or glTF"),
         ),
         (b"MATLAB 5.0", Foreign("a MATLAB file, which is not read; save its arrays as .npz or HDF5")),
         (b"SQLite format 3", Foreign("an SQLite database")),
@@ -115,9 +117,7 @@ impl Signature {
             Self::of(text)
         } else if text.starts_with(b"{") && !text.iter().take(16).any(|&b| b == 0) {
             // Safetensors begin with a length, whose first byte may be a brace; its last ones are zeros.
-            Some(Self::Foreign(
-                "JSON, such as a scene of glTF, which is not read; export it as OBJ, PLY or STL",
-            ))
+            Some(if is_gltf(text) { Self::Gltf } else { Self::Foreign("JSON, but no scene of glTF") })
         } else if bytes.len() > TAR && bytes.iter().all(|&b| b == 0) {
             Some(Self::Foreign("all zeros; it was not written or downloaded to its end"))
         } else {
@@ -134,12 +134,19 @@ impl Signature {
             Self::Hdf5 => "it is an HDF5 file",
             Self::Numpy => "it is an array of NumPy",
             Self::Spz => "it is an SPZ file of splats",
-            Self::Glb => "it is binary glTF, whose meshes are not read",
+            Self::Glb => "it is binary glTF",
+            Self::Gltf => "it is a scene of glTF",
             Self::Zip => "it is a zip archive",
             Self::Gzip => "it is packed by gzip; unpack it first",
             Self::Foreign(_) => "it is of a format that is not read",
         }
     }
+}
+
+/// Whether a text in JSON is a scene of glTF: one that has an `asset`, wherever it stands.
+fn is_gltf(json: &[u8]) -> bool {
+    const ASSET: &[u8] = b"\"asset\"";
+    json.windows(ASSET.len()).any(|window| window == ASSET)
 }
 
 #[cfg(test)]
@@ -153,7 +160,7 @@ mod tests {
             (b"<!DOCTYPE html>\n<html>", "web page"),
             (b"\xef\xbb\xbf \n<HTML lang=en>", "web page"),
             (b"\n<?xml version=\"1.0\"?><Error/>", "XML"),
-            (b" {\"asset\": {\"version\": \"2.0\"}}", "glTF"),
+            (b" {\"name\": \"package\"}", "no scene of glTF"),
             (b"BZh91AY", "bzip2"),
             (b"\xff\xfe0\0 \0", "UTF-16"),
             (&[0; 400], "zeros"),
@@ -164,6 +171,7 @@ mod tests {
             }
         }
         assert_eq!(Signature::of(b"\xef\xbb\xbfply\r\n"), Some(Signature::Ply));
+        assert_eq!(Signature::of(b" {\"asset\": {\"version\": \"2.0\"}}"), Some(Signature::Gltf));
         assert_eq!(Signature::of(b"plywood"), None);
         assert_eq!(Signature::of(b"1 2 3\n"), None);
         assert_eq!(Signature::of(b""), None);

@@ -219,7 +219,7 @@ fn empty_meshes_are_meshes_and_empty_files_are_not() {
     let header = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
         element face 0\nproperty list uchar int vertex_indices\nend_header\n";
     assert_eq!(read("a", header.as_bytes()).mesh, TriangleMesh::default());
-    assert!(refusal("a.obj", b"").ends_with("it is empty; OBJ, PLY, STL and OFF can be read"));
+    assert!(refusal("a.obj", b"").ends_with("it is empty; OBJ, PLY, STL, OFF and glTF can be read"));
     assert!(refusal("a.txt", b"Dear reader,\n").contains("a.txt is not a mesh file"));
     assert!(
         refusal("a.obj", b"# a letter\nDear reader,\n").contains("no vertex, and line 2 is no OBJ statement")

@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use ndf_core::{BoundingBox, DVec3};
-
-use super::{MeshFormat, VertexScalars, atomic_write, format_of_extension, obj, ply, stl};
+use super::gltf::{self, GlbOptions, NotGlb};
+use super::{MeshFormat, Rounding, VertexScalars, atomic_write, format_of_extension, obj, ply, stl};
 use crate::TriangleMesh;
 
 /// Why a mesh file could not be written.
@@ -19,13 +18,13 @@ pub enum WriteError {
         source: std::io::Error,
     },
     /// The extension is not one of those that can be written.
-    #[error("the name {} does not tell the format; end it in .ply, .obj or .stl", path.display())]
+    #[error("the name {} does not tell the format; end it in .ply, .glb, .obj or .stl", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,
     },
     /// The extension is not one of those in which lines can be written.
-    #[error("the name {} does not tell a format of lines; end it in .ply or .obj", path.display())]
+    #[error("the name {} does not tell a format of lines; end it in .ply, .glb or .obj", path.display())]
     NoLines {
         /// The file.
         path: PathBuf,
@@ -46,15 +45,23 @@ pub enum WriteError {
         /// The name.
         name: String,
     },
+    /// A mesh that binary glTF cannot hold.
+    #[error("cannot write {}: {source}", path.display())]
+    Glb {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: NotGlb,
+    },
 }
 
-/// The format in which a mesh will be written to `path`: `.ply`, `.obj` or `.stl`, in either case.
+/// The format in which a mesh will be written to `path`: `.ply`, `.glb`, `.obj` or `.stl`, in either case.
 ///
 /// # Errors
 /// If the extension is none of these.
 pub fn format_to_write(path: &Path) -> Result<MeshFormat, WriteError> {
     match format_of_extension(path) {
-        Some(format) if format != MeshFormat::Off => Ok(format),
+        Some(format) if !matches!(format, MeshFormat::Off | MeshFormat::Gltf) => Ok(format),
         _ => Err(WriteError::UnknownExtension { path: path.to_owned() }),
     }
 }
@@ -76,33 +83,6 @@ pub enum Positions {
     Double,
 }
 
-/// The share of the diagonal by which single precision may move a vertex.
-const MAX_MOVE: f64 = 1e-6;
-
-/// What rounding did to the positions of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rounding {
-    /// The largest distance by which a vertex moved.
-    pub moved: f64,
-    /// The same as a share of the diagonal.
-    pub share: f64,
-}
-
-impl Rounding {
-    /// What single precision does to these positions.
-    pub fn to_single(positions: &[DVec3]) -> Self {
-        let moved = |p: &DVec3| p.distance(p.as_vec3().as_dvec3());
-        let moved = positions.iter().map(moved).fold(0.0, f64::max);
-        let diagonal = BoundingBox::of_points(positions).diagonal();
-        Self { moved, share: if moved > 0.0 { moved / diagonal } else { 0.0 } }
-    }
-
-    /// Whether vertices moved by more than a millionth of the diagonal.
-    pub fn is_coarse(&self) -> bool {
-        self.share > MAX_MOVE
-    }
-}
-
 /// Writes a mesh in the format its extension names, with positions as suits them: see [`write_mesh_with`].
 ///
 /// # Errors
@@ -116,11 +96,12 @@ pub fn write_mesh(
 }
 
 /// Writes a mesh in the format its extension names: `.ply` (binary little-endian, the scalars as float properties of the
-/// vertices), `.obj` (decimals that read back the same) or `.stl` (binary, always in single precision). OBJ and STL have no
-/// place for scalars; they are left out. The file appears only when it is complete. Says how far vertices moved.
+/// vertices), `.glb` (binary glTF, see [`to_glb`](gltf::to_glb)), `.obj` (decimals that read back the same) or `.stl`
+/// (binary). OBJ and STL have no place for scalars; they are left out. STL and glTF have single precision, glTF about the
+/// middle of a mesh that is far from the origin. The file appears only when it is complete. Says how far vertices moved.
 ///
 /// # Errors
-/// If the extension is unknown, a scalar does not fit the mesh, or the file cannot be written.
+/// If the extension is unknown, a scalar does not fit the mesh, the format cannot hold it, or the file cannot be written.
 pub fn write_mesh_with(
     path: impl AsRef<Path>,
     mesh: &TriangleMesh,
@@ -138,14 +119,22 @@ pub fn write_mesh_with(
         }
     }
     let format = format_to_write(path)?;
+    let written = |written: std::io::Result<()>| {
+        written.map_err(|source| WriteError::Io { path: path.to_owned(), source })
+    };
+    if format == MeshFormat::Glb {
+        let layout = gltf::Layout::new(mesh, scalars, &GlbOptions::default())
+            .map_err(|source| WriteError::Glb { path: path.to_owned(), source })?;
+        written(atomic_write(path, |out| layout.write(out)))?;
+        return Ok(layout.rounding());
+    }
     let rounding = Rounding::to_single(mesh.positions());
     let is_double = positions == Positions::Double || rounding.is_coarse();
-    let written = atomic_write(path, |out| match format {
+    written(atomic_write(path, |out| match format {
         MeshFormat::Ply => ply::write(out, mesh, scalars, is_double),
         MeshFormat::Stl => stl::write(out, mesh),
-        MeshFormat::Obj | MeshFormat::Off => obj::write(out, mesh),
-    });
-    written.map_err(|source| WriteError::Io { path: path.to_owned(), source })?;
+        _ => obj::write(out, mesh),
+    }))?;
     Ok(match format {
         MeshFormat::Ply if !is_double => rounding,
         MeshFormat::Stl => rounding,

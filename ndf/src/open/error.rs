@@ -18,7 +18,7 @@ use crate::range::OutOfRange;
 use crate::text::without_faces;
 
 /// What can be read, for files of no known kind.
-const KINDS: &str = "known are meshes from OBJ, PLY, STL and OFF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
+const KINDS: &str = "known are meshes from OBJ, PLY, STL, OFF and glTF, clouds from PLY, XYZ, PWN, PTS, PTX, PCD, E57, LAS and LAZ, \
                      networks from PyTorch, safetensors, NumPy, HDF5 and MessagePack, splats from PLY, SPZ, SOG, GLB, PyTorch, .splat and .ksplat";
 
 /// Why a surface could not be opened. Every message names the file, or what stands for it.

@@ -62,7 +62,7 @@ fn by_name(path: &Path) -> Option<&'static str> {
             Some("its lines are not three numbers or more each; --columns says which of them are x, y and z")
         }
         "3ds" | "max" | "igs" | "iges" | "dxf" | "dwg" => {
-            Some("it is named as a scene or drawing; export it as OBJ, PLY or STL")
+            Some("it is named as a scene or drawing; export it as OBJ, PLY, STL or glTF")
         }
         _ => None,
     }

@@ -45,7 +45,7 @@ impl ColourMap {
     }
 
     /// Linear colour of a value; grey if it is not finite.
-    pub(super) fn colour(&self, value: f64) -> [f32; 3] {
+    pub fn colour(&self, value: f64) -> [f32; 3] {
         if !value.is_finite() {
             return NO_VALUE;
         }
