@@ -22,6 +22,7 @@ use crate::render::{Camera, ColourMap, Legend, Scene, Style, View, png_bytes, re
 pub struct Report {
     title: String,
     body: String,
+    has_viewer: bool,
 }
 
 /// A picture of a report.
@@ -84,7 +85,7 @@ impl Figure {
 impl Report {
     /// A page with a title.
     pub fn new(title: &str) -> Self {
-        Self { title: escaped(title), body: String::new() }
+        Self { title: escaped(title), body: String::new(), has_viewer: false }
     }
 
     /// Adds a heading.
@@ -141,13 +142,30 @@ impl Report {
         self
     }
 
+    /// Adds a page of its own to turn and compute on, as `ndf view` writes it.
+    #[must_use]
+    pub fn viewer(mut self, caption: &str, page: &str) -> Self {
+        let (caption, page) = (escaped(caption), escaped(page));
+        self.body += &format!(
+            "<figure class=\"viewer\"><iframe title=\"{caption}\" loading=\"lazy\" srcdoc=\"{page}\"></iframe><figcaption>{caption}</figcaption></figure>\n"
+        );
+        self.has_viewer = true;
+        self
+    }
+
     /// The page.
     pub fn to_html(&self) -> String {
-        let Self { title, body } = self;
+        let Self { title, body, has_viewer } = self;
+        // A page inside is bound by what its frame may do.
+        let computing = if *has_viewer {
+            "; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; img-src data: blob:"
+        } else {
+            "; img-src data:"
+        };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'{computing}\">\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}</main>\n</body>\n</html>\n"
         )
     }
@@ -195,10 +213,11 @@ mod tests {
             .code(evil)
             .table(evil, &[evil], &[vec![evil.into()]])
             .figures(&[figure])
+            .viewer(evil, "")
             .to_html();
         assert!(!page.contains("<script") && !page.contains("\" onload"));
         assert_eq!(page.matches("</style>").count(), 1);
-        assert_eq!(page.matches("&lt;script&gt;").count(), 10);
+        assert_eq!(page.matches("&lt;script&gt;").count(), 12);
     }
 
     #[test]
@@ -220,6 +239,17 @@ mod tests {
         assert_eq!((legend.low, legend.high, legend.stops.len()), (-1.0, 1.0, 17));
         // Blue, white, red.
         assert!(legend.stops[0][2] > legend.stops[0][0] && legend.stops[16][0] > legend.stops[16][2]);
+    }
+
+    #[test]
+    fn only_a_viewer_may_run_scripts() {
+        let plain = Report::new("A run");
+        assert!(!plain.to_html().contains("script"));
+        let page = plain.viewer("A knot", "<script>a && b</script>").to_html();
+        assert!(
+            page.contains("srcdoc=\"&lt;script&gt;a &amp;&amp; b&lt;/script&gt;\"")
+                && page.contains("script-src")
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use pulp::{NullaryFnOnce, Simd};
 
-use super::Lines;
+use super::{Lines, fused};
 
 /// Floats in a row of a panel.
 const PANEL: usize = 32;
@@ -197,9 +197,8 @@ fn product_panel<S: Simd, const R: usize, const V: usize>(op: &mut Product<'_, S
         // All slices have this length: no index is checked in the loop.
         for i in 0..inner {
             for r in 0..R {
-                let factor = simd.splat_f32s(rows[r][i]);
                 for v in 0..V {
-                    sums[r][v] = simd.mul_add_f32s(factor, b_rows[i][v], sums[r][v]);
+                    sums[r][v] = fused::mul_add(simd, rows[r][i], b_rows[i][v], sums[r][v]);
                 }
             }
         }

@@ -21,6 +21,7 @@ pub mod activation;
 mod backward;
 pub mod encoding;
 mod forward;
+mod fused;
 mod kernels;
 mod lines;
 mod mlp;

@@ -23,11 +23,18 @@ use faer::{Par, Side};
 const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
 
 /// All threads of the current pool.
+#[cfg(not(target_family = "wasm"))]
 fn parallelism() -> Par {
     match rayon::current_num_threads() {
         0 | 1 => Par::Seq,
         threads => Par::rayon(threads),
     }
+}
+
+/// The only thread there is.
+#[cfg(target_family = "wasm")]
+fn parallelism() -> Par {
+    Par::Seq
 }
 
 /// Ordering and structure of the factor of a symmetric pattern: approximate minimum degree (Amestoy, Davis and Duff

@@ -67,8 +67,10 @@ pub use triangulated::{
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_formats::point_cloud::CloudOptions;
 pub use ndf_geodesic::GeodesicError;
+pub use ndf_intrinsic::{ExtractionError, ExtractionReport};
 pub use ndf_mesh::repair::{Parts, RepairOptions};
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
+pub use ndf_model::file::ModelError;
 pub use ndf_model::{LengthFactors, Model};
 pub use ndf_surfaces::networks::{Activation, NetworkOptions};
 pub use ndf_train::{Checkpoint, FitReport, MetricReport, Settings};

@@ -7,8 +7,9 @@ use ndf_mesh::quality::Spread;
 use ndf_mesh::{FacePoint, ManifoldMesh};
 use ndf_model::{Model, Similarity};
 
-/// More triangles than this are refused: their file would have over a gigabyte.
-const MAX_FACES: usize = 50_000_000;
+/// More triangles than this are refused: their file would have over a gigabyte. Where addresses have 32 bits, memory ends
+/// earlier.
+const MAX_FACES: usize = if cfg!(target_pointer_width = "32") { 4_000_000 } else { 50_000_000 };
 
 /// How long the edges of an extracted mesh should be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,7 @@
 //! The arrows between the crates: which crate may use which.
 
+use std::path::{Path, PathBuf};
+
 use serde_json::Value;
 
 use crate::circles;
@@ -22,7 +24,7 @@ const LINES: &[&[&str]] = &[
     &["ndf-model"],
     &["ndf-network"],
     &["ndf-mesh"],
-    &["ndf-core", "ndf-testing"],
+    &["ndf-core", "ndf-testing", "ndf-viewer"],
 ];
 
 /// Crates that do not know certain crates below them: training and everything that runs on triangulations work for any
@@ -36,8 +38,10 @@ const APART: &[(&[&str], &[&str])] = &[
 ];
 
 /// A crate of the workspace.
-struct Package {
-    name: String,
+pub(crate) struct Package {
+    pub(crate) name: String,
+    /// Where it lies.
+    pub(crate) folder: PathBuf,
     line: usize,
     is_published: bool,
     /// The crates of the workspace it uses, tests aside.
@@ -52,13 +56,12 @@ pub(crate) fn run() -> Result<(), String> {
         println!("{:16} → {}", package.name, package.uses.join(", "));
     }
     check_order(&packages)?;
-    circles::check(&packages.iter().map(|p| p.name.as_str()).collect::<Vec<_>>())
+    circles::check(packages.iter().map(|package| (&*package.name, &*package.folder)))
 }
 
-/// The names of the crates that are published.
-pub(crate) fn published() -> Result<Vec<String>, String> {
-    let published = packages()?.into_iter().filter(|package| package.is_published);
-    Ok(published.map(|package| package.name).collect())
+/// The crates that are published.
+pub(crate) fn published() -> Result<Vec<Package>, String> {
+    Ok(packages()?.into_iter().filter(|package| package.is_published).collect())
 }
 
 /// What `cargo metadata` tells, from the top down. Dependencies of tests are free.
@@ -82,7 +85,9 @@ fn packages() -> Result<Vec<Package>, String> {
         let name = name(member);
         let line = line(&name).ok_or_else(|| format!("{name} has no place in the list of crates"))?;
         let is_published = member["publish"].is_null();
-        packages.push(Package { name, line, is_published, uses });
+        let manifest = PathBuf::from(member["manifest_path"].as_str().unwrap_or_default());
+        let folder = manifest.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        packages.push(Package { name, folder, line, is_published, uses });
     }
     packages.sort_by_key(|package| package.line);
     Ok(packages)

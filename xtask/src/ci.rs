@@ -1,7 +1,7 @@
 //! The check before a change lands.
 
 use crate::shell::{self, cargo};
-use crate::{arrows, paths, python, readmes};
+use crate::{arrows, paths, python, readmes, web};
 
 pub(crate) fn run() -> Result<(), String> {
     shell::run(&mut cargo(&["fmt", "--all", "--check"]))?;
@@ -21,6 +21,7 @@ pub(crate) fn run() -> Result<(), String> {
     // The README's command; doc tests are among these.
     shell::run(&mut cargo(&["test", "--workspace", "--release", "--locked"]))?;
     python::run()?;
+    web::test()?;
     shell::run(
         cargo(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
             .env("RUSTDOCFLAGS", "-D warnings"),

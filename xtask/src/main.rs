@@ -10,6 +10,7 @@ mod python;
 mod readmes;
 mod shell;
 mod source;
+mod web;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,8 @@ Tasks:
   python   Build the wheel of the Python package into target/wheels, install it in an environment of its own, and run its
            tests, mypy and stubtest; `python compare` measures it beside other libraries
   readmes  Write README.md of every crate from the front page of its documentation
+  web      Build the npm package into web/lib and the page of `ndf view` into web/dist, which is committed; `web test` tests
+           both, `web measure` writes the tables of docs/web.md
 
 Measurements (each takes --help; they are compiled in release mode first):
   ";
@@ -61,6 +64,9 @@ fn main() -> ExitCode {
         ["python"] => python::run(),
         ["python", "compare"] => python::compare(),
         ["readmes"] => readmes::run(false),
+        ["web"] => web::build(),
+        ["web", "test"] => web::test(),
+        ["web", "measure", ref arguments @ ..] => web::measure(arguments),
         [] | ["help" | "--help" | "-h"] => {
             eprintln!("{HELP}{}", EXPERIMENTS.join(", "));
             Ok(())

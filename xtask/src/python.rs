@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shell::{self, root};
+use crate::shell::{self, root, target};
 
 /// A wheel must not be larger, in bytes.
 const MAX_WHEEL: u64 = 8_000_000;
@@ -37,11 +37,6 @@ pub(crate) fn compare() -> Result<(), String> {
     let environment = environment()?;
     let script = root().join("ndf-py/benchmarks/compare.py");
     shell::run(Command::new(program(&environment, "python")).arg(script).current_dir(root()))
-}
-
-/// The folder that cargo builds in.
-fn target() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
 /// A virtual environment with what the tests need.

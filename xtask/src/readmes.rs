@@ -4,8 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::arrows;
-use crate::shell::root;
+use crate::arrows::{self, Package};
 
 /// What stands in place of a line for `Cargo.toml` where the crate is a program.
 const PROGRAM: (&str, &str) = ("ndf-cli", "```sh\ncargo install ndf-cli\nndf demo\n```\n");
@@ -13,8 +12,7 @@ const PROGRAM: (&str, &str) = ("ndf-cli", "```sh\ncargo install ndf-cli\nndf dem
 /// Writes the READMEs, or, for a check, fails where one is not what would be written.
 pub(crate) fn run(check: bool) -> Result<(), String> {
     let mut stale = Vec::new();
-    for name in arrows::published()? {
-        let folder = root().join(&name);
+    for Package { name, folder, .. } in arrows::published()? {
         let library = folder.join("src/lib.rs");
         let source = fs::read_to_string(&library).map_err(|e| format!("{}: {e}", library.display()))?;
         let file = folder.join("README.md");

@@ -8,7 +8,7 @@ mod training;
 mod triangulation;
 
 pub use edge_length::EdgeLength;
-pub use numbers::{bits, length, seconds, share};
+pub use numbers::{bits, length, point, seconds, share};
 pub use parts::PartArguments;
 pub use reading::Reading;
 pub use training::{PresetName, Training};

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use ndf::DVec3;
 use ndf_model::file::Precision;
 
 /// A positive length.
@@ -48,4 +49,28 @@ pub fn share(text: &str) -> Result<f64, String> {
 pub fn seconds(text: &str) -> Result<Duration, String> {
     let x: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(x).map_err(|_| "expected a number of seconds that is not negative".to_owned())
+}
+
+/// A point: three numbers with commas between them.
+pub fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|w| w.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z] if text.split(',').count() == 3 && DVec3::new(x, y, z).is_finite() => {
+            Ok(DVec3::new(x, y, z))
+        }
+        _ => Err("three numbers like 0.5,-1,2 are expected".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_three_numbers() {
+        assert_eq!(point("1,-2.5, 3e2"), Ok(DVec3::new(1.0, -2.5, 300.0)));
+        for bad in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,x,3", "1,2,inf"] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
+    }
 }

@@ -14,6 +14,7 @@ use ndf_mesh::io::{VertexScalars, atomic_write};
 use ndf_mesh::metrics::{MeasureOptions, Measurement, measure, vertex_distances};
 use ndf_mesh::{TriangleTree, Vertex};
 use ndf_spectral::ModeOptions;
+use ndf_viewer::Input;
 use serde_json::json;
 
 use super::fit::rounds;
@@ -123,7 +124,14 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 
     let name = input.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows = figures(&fitted, &surface, &stage, bytes.len(), seconds_extracting);
-    let page = page(&name, &fitted, &surface, &stage, (&distances, &modes), &rows, context)?;
+    let viewer = Input {
+        edge_length: Some(EdgeLength::Relative(EDGE_LENGTH).world(&fitted.model)),
+        up: Some(stage.up.name()),
+        ..Input::new("model.ndf", &bytes)
+    };
+    let viewer = viewer.to_html();
+    let made = Made { distances: &distances, modes: &modes, viewer: &viewer };
+    let page = page(&name, &fitted, &surface, &stage, &made, &rows, context)?;
     write(&folder.join("report.html"), page.as_bytes())?;
 
     let seconds = started.elapsed().as_secs_f64();
@@ -232,12 +240,20 @@ fn figures(
     ]
 }
 
+/// What was made of the learned surface.
+struct Made<'a> {
+    distances: &'a VertexScalars,
+    modes: &'a [VertexScalars],
+    /// A page to turn it.
+    viewer: &'a str,
+}
+
 fn page(
     name: &str,
     fitted: &Fitted,
     surface: &ManifoldMesh,
     stage: &Stage,
-    (distances, modes): (&VertexScalars, &[VertexScalars]),
+    made: &Made<'_>,
     rows: &[(&'static str, String)],
     context: &Context,
 ) -> Result<String, Failure> {
@@ -263,8 +279,8 @@ fn page(
         let values = &scalar.values;
         Figure::of_mesh(learned, Some((scalar, ColourMap::of(values))), caption, shot, &progress)
     };
-    let mut computed = vec![painted(distances, "Exact geodesic distance from one point", &lined)?];
-    for (number, mode) in [(2, modes.get(1)), (8, modes.get(7))] {
+    let mut computed = vec![painted(made.distances, "Exact geodesic distance from one point", &lined)?];
+    for (number, mode) in [(2, made.modes.get(1)), (8, made.modes.get(7))] {
         if let Some(mode) = mode {
             computed.push(painted(mode, &format!("Eigenfunction {number} of the Laplacian"), &plain)?);
         }
@@ -287,6 +303,11 @@ fn page(
         .paragraph(how)
         .figures(&pictures)
         .table("What came out", &["", ""], &rows)
+        .heading("The model, to turn and to compute on")
+        .viewer(
+            "The edge length is chosen with the slider; a click shows exact distances from there",
+            made.viewer,
+        )
         .heading("Where it is how far from the input")
         .figures(&errors)
         .heading("What it is for")

@@ -12,7 +12,7 @@ use ndf_mesh::FacePoint;
 use ndf_mesh::io::{Lines, MeshFormat, format_of_lines, format_to_write};
 use serde_json::{Value, json};
 
-use crate::arguments::{TriangulationArguments, length};
+use crate::arguments::{TriangulationArguments, length, point};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
 use crate::triangulation::read_triangulation;
@@ -233,28 +233,4 @@ fn described(path: &SurfacePath, mesh: &TriangleMesh) -> Value {
     };
     let points: Vec<Value> = path.points.iter().map(corner).collect();
     json!({"length": path.length, "source": path.source, "points": points})
-}
-
-/// Three numbers with commas between them.
-fn point(text: &str) -> Result<DVec3, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|w| w.trim().parse().ok()).collect();
-    match numbers[..] {
-        [x, y, z] if text.split(',').count() == 3 && DVec3::new(x, y, z).is_finite() => {
-            Ok(DVec3::new(x, y, z))
-        }
-        _ => Err("three numbers like 0.5,-1,2 are expected".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn points_are_three_numbers() {
-        assert_eq!(point("1,-2.5, 3e2"), Ok(DVec3::new(1.0, -2.5, 300.0)));
-        for bad in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,x,3", "1,2,inf"] {
-            assert!(point(bad).is_err(), "{bad}");
-        }
-    }
 }

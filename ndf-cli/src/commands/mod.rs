@@ -12,6 +12,7 @@ pub mod render;
 pub mod sample;
 pub mod scalars;
 pub mod spectrum;
+pub mod view;
 
 use clap::Subcommand;
 
@@ -46,6 +47,8 @@ pub enum Command {
     Spectrum(spectrum::Arguments),
     /// Write a built-in shape
     Sample(sample::Arguments),
+    /// Write a page that shows a model or a mesh in the browser, and computes on it there
+    View(view::Arguments),
 }
 
 impl Command {
@@ -67,6 +70,7 @@ impl Command {
             Self::Scalars(arguments) => scalars::run(arguments, context),
             Self::Spectrum(arguments) => spectrum::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
+            Self::View(arguments) => view::run(arguments, context),
         }
     }
 }

@@ -30,6 +30,18 @@ pub enum Up {
 }
 
 impl Up {
+    /// Its name in arguments.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::MinusX => "-x",
+            Self::MinusY => "-y",
+            Self::MinusZ => "-z",
+        }
+    }
+
     /// The number of the axis, and whether up is against it.
     fn axis(self) -> (usize, bool) {
         match self {

@@ -17,9 +17,9 @@ static SCHEMA: LazyLock<Value> =
 const PARTS: [&str; 8] = ["point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "convert", "demo", "extract", "fit", "geodesic", "info", "measure", "mesh", "render", "sample",
-    "scalars", "spectrum",
+    "scalars", "spectrum", "view",
 ];
 
 /// Whether the object that a command printed is as the schema says.

@@ -15,6 +15,7 @@ mod parts;
 mod paths;
 mod progress;
 mod scalars;
+mod view;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

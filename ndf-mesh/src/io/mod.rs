@@ -32,7 +32,9 @@ pub use ply::{PlyElement, ply_elements};
 pub use rounding::Rounding;
 pub use signature::Signature;
 pub use text::beginning_to_sniff;
-pub use write::{Positions, WriteError, format_to_write, is_property_name, write_mesh, write_mesh_with};
+pub use write::{
+    Positions, WriteError, format_to_write, is_property_name, to_ply, write_mesh, write_mesh_with,
+};
 
 /// The mesh file formats known here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -109,15 +109,7 @@ pub fn write_mesh_with(
     positions: Positions,
 ) -> Result<Rounding, WriteError> {
     let path = path.as_ref();
-    for VertexScalars { name, values } in scalars {
-        if values.len() != mesh.vertex_count() {
-            let (values, vertices) = (values.len(), mesh.vertex_count());
-            return Err(WriteError::ScalarLength { name: name.clone(), values, vertices });
-        }
-        if !is_property_name(name) {
-            return Err(WriteError::ScalarName { name: name.clone() });
-        }
-    }
+    check_scalars(mesh, scalars)?;
     let format = format_to_write(path)?;
     let written = |written: std::io::Result<()>| {
         written.map_err(|source| WriteError::Io { path: path.to_owned(), source })
@@ -140,4 +132,34 @@ pub fn write_mesh_with(
         MeshFormat::Stl => rounding,
         _ => Rounding::default(),
     })
+}
+
+/// The bytes of a PLY file as [`write_mesh_with`] writes it. O(n).
+///
+/// # Errors
+/// If a scalar does not fit the mesh.
+pub fn to_ply(
+    mesh: &TriangleMesh,
+    scalars: &[VertexScalars],
+    positions: Positions,
+) -> Result<Vec<u8>, WriteError> {
+    check_scalars(mesh, scalars)?;
+    let is_double = positions == Positions::Double || Rounding::to_single(mesh.positions()).is_coarse();
+    let mut bytes = Vec::new();
+    ply::write(&mut bytes, mesh, scalars, is_double).expect("memory takes all that is written");
+    Ok(bytes)
+}
+
+/// Whether scalars belong to a mesh, and a file can name them.
+fn check_scalars(mesh: &TriangleMesh, scalars: &[VertexScalars]) -> Result<(), WriteError> {
+    for VertexScalars { name, values } in scalars {
+        if values.len() != mesh.vertex_count() {
+            let (values, vertices) = (values.len(), mesh.vertex_count());
+            return Err(WriteError::ScalarLength { name: name.clone(), values, vertices });
+        }
+        if !is_property_name(name) {
+            return Err(WriteError::ScalarName { name: name.clone() });
+        }
+    }
+    Ok(())
 }

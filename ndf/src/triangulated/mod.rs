@@ -10,7 +10,7 @@ use std::path::Path;
 
 use ndf_core::{DVec3, Progress};
 use ndf_intrinsic::{ExtractionError, IntrinsicMesh};
-use ndf_mesh::io::VertexScalars;
+use ndf_mesh::io::{MeshFile, VertexScalars};
 use ndf_mesh::repair::{self, Irreparable, Origins, Parts, RepairNote, RepairOptions, Repaired, Usable};
 use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 use ndf_model::{LengthFactors, Model};
@@ -124,15 +124,23 @@ impl Triangulated {
             let found = Self::from_model(&read_model(path)?, edge_length.unwrap_or_default(), progress);
             return found.map_err(|source| NoTriangulation::Extraction { name: name(), source });
         }
-        let file = read_mesh(path)?;
+        let mut found = Self::from_file(read_mesh(path)?, &name(), options)?;
+        found.notes.extend(edge_length.map(|_| Note::EdgeLengthUnused));
+        Ok(found)
+    }
+
+    /// The mesh of a file of this name, repaired as [`from_mesh`](Self::from_mesh) has it.
+    ///
+    /// # Errors
+    /// If its lengths cannot be computed, or more than a twentieth of its area cannot be used and all of it is wanted.
+    pub fn from_file(file: MeshFile, name: &str, options: &RepairOptions) -> Result<Self, NoTriangulation> {
+        let name = || name.to_owned();
         let corners = |f: &[u32; 3]| f.map(|v| file.mesh.positions()[v as usize]);
         let used: Vec<DVec3> = file.mesh.faces().iter().flat_map(corners).filter(|p| p.is_finite()).collect();
         check_range(&used).map_err(|source| NoTriangulation::Range { name: name(), source })?;
-        let mut notes: Vec<Note> = file.notes.into_iter().map(Note::from).collect();
-        notes.extend(edge_length.map(|_| Note::EdgeLengthUnused));
         let mut found = Self::from_mesh(file.mesh, options)
             .map_err(|source| NoTriangulation::LeftOut { name: name(), source })?;
-        found.notes.splice(0..0, notes);
+        found.notes.splice(0..0, file.notes.into_iter().map(Note::from));
         Ok(found)
     }
 
@@ -179,9 +187,14 @@ impl Triangulated {
         progress: &dyn Progress,
     ) -> Result<Self, ExtractionError> {
         let mesh = model.extract_with(edge_length, progress)?.mesh;
+        Ok(Self::from_extracted(model, mesh, edge_length))
+    }
+
+    /// A mesh that was extracted from a model with this edge length, with the factors of the model's metric. O(n).
+    pub fn from_extracted(model: &Model, mesh: ManifoldMesh, edge_length: EdgeLength) -> Self {
         let area = mesh.area() * model.similarity.scale().powi(2);
         let factors = model.metric.map(|metric| metric.factors(area));
-        Ok(Self { factors, edge_length: Some(edge_length.world(model)), ..mesh.into() })
+        Self { factors, edge_length: Some(edge_length.world(model)), ..mesh.into() }
     }
 
     /// The mesh as it was before it was repaired. Distances and scalars have a value for each of its vertices.

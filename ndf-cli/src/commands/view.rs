@@ -1,0 +1,158 @@
+//! `ndf view`: a page that shows a model or a mesh and computes on it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::Args;
+use ndf::{DVec3, ModelExt, begins_as_model};
+use ndf_mesh::io::{Positions, Rounding, VertexScalars, atomic_write, format_to_write, to_ply};
+use ndf_viewer::Input;
+use serde_json::json;
+
+use crate::arguments::{EdgeLength, Reading, point};
+use crate::context::Context;
+use crate::drawn::read_drawn;
+use crate::files::read_model;
+use crate::output::{Failure, Outcome, check_output, grouped, table};
+use crate::render::{Up, upright};
+
+/// Arguments of `ndf view`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// What is shown: a model, a mesh with or without scalars, or anything else that `ndf render` draws.
+    input: PathBuf,
+    /// The page to write, one file that opens from the disk in any current browser (.html).
+    #[arg(short, long, value_name = "PAGE")]
+    output: PathBuf,
+    /// Open the page in the browser.
+    #[arg(long)]
+    open: bool,
+    /// Colour by this scalar at the beginning.
+    #[arg(long, value_name = "NAME")]
+    scalar: Option<String>,
+    /// Show exact distances at the beginning, from the vertex closest to this point.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "scalar")]
+    source: Option<DVec3>,
+    #[command(flatten)]
+    edge_length: EdgeLength,
+    #[command(flatten)]
+    reading: Reading,
+    /// The direction that points up [default: as `ndf render` has it].
+    #[arg(
+        long,
+        value_enum,
+        allow_hyphen_values = true,
+        hide_possible_values = true,
+        value_name = "x|y|z|-x|-y|-z"
+    )]
+    up: Option<Up>,
+}
+
+/// What a page is made of.
+struct Shown {
+    what: &'static str,
+    /// A model, or a mesh as PLY.
+    bytes: Vec<u8>,
+    scalars: Vec<String>,
+    up: Up,
+    edge_length: Option<f64>,
+}
+
+/// Writes the page.
+///
+/// # Errors
+/// If the input cannot be read or drawn, there is no such scalar, or the page cannot be written.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let (input, output) = (&arguments.input, &arguments.output);
+    if format_to_write(output).is_ok() {
+        let failure =
+            Failure::new(format!("{} is the name of a mesh, and a page is written", output.display()));
+        return Err(failure.try_instead("end it in .html"));
+    }
+    check_output(output, &[input])?;
+    let shown = if begins_as_model(input) {
+        Shown::of_model(arguments)?
+    } else {
+        Shown::of_drawn(arguments, context)?
+    };
+    if let Some(name) = arguments.scalar.as_ref().filter(|name| !shown.scalars.contains(name)) {
+        let failure = Failure::new(format!("{} has no scalar {name}", input.display()));
+        let names = shown.scalars.join(", ");
+        return Err(if names.is_empty() { failure } else { failure.try_instead(&format!("it has {names}")) });
+    }
+    let name = input.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let page = Input {
+        scalar: arguments.scalar.as_deref(),
+        source: arguments.source.map(|place| place.to_array()),
+        edge_length: shown.edge_length,
+        up: Some(arguments.up.unwrap_or(shown.up).name()),
+        ..Input::new(&name, &shown.bytes)
+    }
+    .to_html();
+    atomic_write(output, |out| out.write_all(page.as_bytes()))
+        .map_err(|e| Failure::new(format!("cannot write {}: {e}", output.display())))?;
+    if arguments.open {
+        open(output, context);
+    }
+    let path = output.display().to_string();
+    let json = json!({
+        "output": path,
+        "shows": shown.what,
+        "bytes": page.len(),
+        "input_bytes": shown.bytes.len(),
+        "scalars": shown.scalars,
+    });
+    let rows = [
+        ("shows", format!("a {} of {} bytes", shown.what, grouped(shown.bytes.len()))),
+        ("page", format!("{} bytes", grouped(page.len()))),
+    ];
+    Ok(Outcome::new(json, format!("{path}: open it in a browser\n{}", table(&rows))))
+}
+
+impl Shown {
+    fn of_model(arguments: &Arguments) -> Result<Self, Failure> {
+        let path = &arguments.input;
+        let model = read_model(path)?;
+        let bytes =
+            fs::read(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
+        let channels = model.scalars.iter().flat_map(|fields| fields.channels());
+        Ok(Self {
+            what: "model",
+            bytes,
+            scalars: channels.map(|channel| channel.name.clone()).collect(),
+            up: upright(&model.base_in_world(), Up::Y),
+            edge_length: arguments.edge_length.get().map(|length| length.world(&model)),
+        })
+    }
+
+    /// What is drawn of anything else, with every vertex where it is.
+    fn of_drawn(arguments: &Arguments, context: &Context) -> Result<Self, Failure> {
+        let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
+        let is_single = Rounding::to_single(drawn.mesh.positions()).moved == 0.0;
+        let positions = if is_single { Positions::Suited } else { Positions::Double };
+        let names = drawn.scalars.iter().map(|VertexScalars { name, .. }| name.clone()).collect();
+        Ok(Self {
+            what: drawn.what,
+            bytes: to_ply(&drawn.mesh, &drawn.scalars, positions)?,
+            scalars: names,
+            up: upright(&drawn.mesh, drawn.usual_up),
+            edge_length: None,
+        })
+    }
+}
+
+/// Opens a page with the program that opens pages. That there is none stops nothing: the page is written.
+fn open(page: &Path, context: &Context) {
+    let mut command = if cfg!(target_os = "macos") {
+        Command::new("open")
+    } else if cfg!(windows) {
+        Command::new("explorer")
+    } else {
+        Command::new("xdg-open")
+    };
+    command.arg(page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if let Err(error) = command.spawn() {
+        context.warn(&format!("{} is written, but no browser could be started: {error}", page.display()));
+    }
+}

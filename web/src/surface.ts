@@ -1,0 +1,135 @@
+import initialise, { Surface as Native } from './wasm/ndf_web.js';
+import type {
+  Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report, Triangles, WasmSource,
+} from './types.js';
+
+let ready: Promise<unknown> | undefined;
+
+/** Whether this is Node, where files are read and not fetched. */
+const isNode = typeof process !== 'undefined' && process.versions?.node !== undefined;
+
+/** The WebAssembly beside this module. */
+async function besideThis(): Promise<WasmSource> {
+  const url = new URL('./wasm/ndf_web_bg.wasm', import.meta.url);
+  if (!isNode) return url;
+  const { readFile } = await import('node:fs/promises');
+  return readFile(url);
+}
+
+/** Loads the WebAssembly, once. Everything else waits for it. */
+export function init(source?: WasmSource): Promise<void> {
+  ready ??= (async () => initialise({ module_or_path: await (source ?? besideThis()) }))();
+  return ready.then(() => undefined);
+}
+
+/**
+ * A model or a mesh that was opened, and the mesh that is computed on: that of the file, or the one that was last extracted.
+ * All of it runs in the calling thread; {@link WorkerSurface} is the same in a Worker.
+ */
+export class Surface {
+  readonly #native: Native;
+  #seconds: number;
+
+  private constructor(native: Native, seconds: number) {
+    this.#native = native;
+    this.#seconds = seconds;
+  }
+
+  /** Opens an `.ndf` model, or a mesh (OBJ, PLY, STL, OFF, glTF). The content decides; the name stands in messages. */
+  static async open(bytes: Uint8Array, name = 'the file'): Promise<Surface> {
+    await init();
+    return Surface.openNow(bytes, name);
+  }
+
+  /** As {@link Surface.open}, after {@link init}. */
+  static openNow(bytes: Uint8Array, name = 'the file'): Surface {
+    const started = performance.now();
+    const native = new Native(bytes, name);
+    return new Surface(native, (performance.now() - started) / 1000);
+  }
+
+  /** What was opened. */
+  describe(): Description {
+    return JSON.parse(this.#native.describe()) as Description;
+  }
+
+  /** Extracts another mesh of a model: with the default edge length, or this one in the units of the file. */
+  extract(edgeLength?: number, options: ExtractOptions = {}): Extracted {
+    const started = performance.now();
+    this.#native.extract(edgeLength, options.relative ?? false);
+    this.#seconds = (performance.now() - started) / 1000;
+    const mesh = this.mesh();
+    const report = options.report === false
+      ? { vertices: mesh.vertices.length / 3, faces: mesh.faces.length / 3, seconds: this.#seconds }
+      : this.report();
+    return { ...mesh, report };
+  }
+
+  /** The mesh that is computed on. */
+  mesh(): Triangles {
+    return { vertices: this.#native.vertices(), faces: this.#native.faces() };
+  }
+
+  /** The positions of the vertices in double precision. */
+  positions(): Float64Array {
+    return this.#native.positions();
+  }
+
+  /** What is true of the mesh. */
+  report(): Report {
+    return { ...(JSON.parse(this.#native.report()) as Report), seconds: this.#seconds };
+  }
+
+  /** Exact geodesic distances of all vertices from one; infinite where it does not reach. */
+  geodesic(vertex: number): Float32Array {
+    return this.#native.distances(vertex);
+  }
+
+  /** The shortest path between two vertices. */
+  path(from: number, to: number): GeodesicPath {
+    const found = this.#native.path(from, to);
+    try {
+      return { points: found.points, length: found.length };
+    } finally {
+      found.free();
+    }
+  }
+
+  /** The first modes of the Laplacian, the constant one among them. */
+  modes(count: number): Modes {
+    const found = this.#native.modes(count);
+    try {
+      const [values, all] = [found.values, found.functions];
+      const vertices = all.length / count;
+      const functions = Array.from(values, (_, i) => all.slice(i * vertices, (i + 1) * vertices));
+      return { values, functions };
+    } finally {
+      found.free();
+    }
+  }
+
+  /** The values of a stored scalar at the vertices. */
+  scalar(name: string): Float32Array {
+    return this.#native.scalar(name);
+  }
+
+  /** The mesh as a file, with its stored scalars and these. */
+  file(format: FileFormat, further?: NamedValues): Uint8Array {
+    return this.#native.file(format, further?.name, further?.values ?? new Float32Array());
+  }
+
+  /** The mesh as binary glTF. */
+  exportGLB(): ArrayBuffer {
+    return this.file('glb').slice().buffer;
+  }
+
+  /** The mesh as PLY. */
+  exportPLY(): ArrayBuffer {
+    return this.file('ply').slice().buffer;
+  }
+
+  /** Gives the memory back. */
+  free(): void {
+    this.#native.free();
+  }
+}

@@ -1,0 +1,48 @@
+/** What runs in the Worker: one surface, whose methods are called one after the other. */
+
+import type { Request, Response } from './protocol.js';
+import { Surface, init } from './surface.js';
+
+interface Scope {
+  onmessage: ((event: MessageEvent<Request>) => void) | null;
+  postMessage(message: Response, transfer: Transferable[]): void;
+}
+
+const scope = globalThis as unknown as Scope;
+let surface: Surface | undefined;
+
+/** The memory of the arrays in a result, which moves with it. */
+function memory(value: unknown): Transferable[] {
+  if (ArrayBuffer.isView(value)) return [value.buffer as ArrayBuffer];
+  if (value === null || typeof value !== 'object') return [];
+  return Object.values(value).flatMap(memory);
+}
+
+async function answer(request: Request): Promise<unknown> {
+  if ('open' in request) {
+    const { wasm, bytes, name } = request.open;
+    await init(wasm);
+    surface?.free();
+    surface = undefined;
+    surface = Surface.openNow(bytes, name);
+    return surface.describe();
+  }
+  if (!surface) throw new Error('nothing is open');
+  const method = surface[request.method] as (...given: unknown[]) => unknown;
+  return method.apply(surface, request.arguments);
+}
+
+// In order: the answer to one request is sent before the next is begun.
+let last: Promise<void> = Promise.resolve();
+
+scope.onmessage = ({ data: request }) => {
+  last = last.then(async () => {
+    try {
+      const result = await answer(request);
+      scope.postMessage({ id: request.id, result }, memory(result));
+    } catch (error) {
+      const message = error instanceof Error ? error.message : String(error);
+      scope.postMessage({ id: request.id, error: message }, []);
+    }
+  });
+};
