@@ -35,6 +35,20 @@ pub struct Options {
     pub seed: u64,
 }
 
+impl Options {
+    /// Those that results depend on, as words of a command line.
+    pub fn of_results(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if self.double {
+            words.push("--double".to_owned());
+        }
+        if self.seed != 0 {
+            words.push(format!("--seed={}", self.seed));
+        }
+        words
+    }
+}
+
 /// More threads than this take over a machine without being of use to it.
 const MAX_THREADS: usize = 1024;
 
@@ -71,6 +85,11 @@ impl Context {
                 Ok(Self { options, job })
             }
         }
+    }
+
+    /// The options.
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     /// Seed of everything random.

@@ -6,14 +6,17 @@
 //! [`Context`] to the error stream.
 //!
 //! To add a command: a file in `commands/` with its arguments and a function
-//! `run(&Arguments, &Context) -> Result<Outcome, Failure>`, and one line each in the enum and the match there.
+//! `run(&Arguments, &Context) -> Result<Outcome, Failure>`, and one line each in the enum and the match there. If it takes one
+//! input, a recipe in `commands/batch/` lets it have many.
 
 pub mod arguments;
+pub mod chart;
 pub mod commands;
 pub mod context;
 pub mod drawn;
 pub mod files;
 pub mod interrupt;
+pub mod itself;
 pub mod learning;
 pub mod output;
 pub mod progress;
@@ -46,8 +49,10 @@ struct Arguments {
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     silence_damaged_laz();
     interrupt::listen();
-    let Arguments { options, command } = match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => arguments,
+    let parsed = Arguments::try_parse_from(arguments)
+        .and_then(|Arguments { options, command }| command.check(&options).map(|()| (options, command)));
+    let (options, command) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => {
             // Help and version are errors to the parser, but not to the caller. A closed stream is nobody's fault.
             let _ = error.print();
@@ -60,7 +65,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> 
         Ok(()) => 0,
         Err(failure) => {
             let _ = writeln!(std::io::stderr(), "ndf: {failure}");
-            1
+            if interrupt::is_tied() && interrupt::is_requested() { interrupt::TIED_CODE } else { 1 }
         }
     }
 }

@@ -22,7 +22,7 @@ const TELLING: (f64, Duration) = (0.05, Duration::from_secs(4));
 
 /// All stages in the order in which jobs have them, and about how long each takes beside the others. Of those in one row a
 /// job has one.
-const STAGES: [(&[&str], f64); 12] = [
+const STAGES: [(&[&str], f64); 13] = [
     (&["orienting"], 10.0),
     (&["marching cubes"], 10.0),
     (&["decimation"], 5.0),
@@ -35,6 +35,7 @@ const STAGES: [(&[&str], f64); 12] = [
     (&["factoring"], 5.0),
     (&["modes"], 20.0),
     (&["drawing"], 10.0),
+    (&["items"], 100.0),
 ];
 
 /// Stages at the end of which something is learned.

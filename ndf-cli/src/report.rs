@@ -14,7 +14,8 @@ use ndf_core::Progress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::VertexScalars;
 
-use crate::output::{Failure, readable};
+use crate::chart::Spread;
+use crate::output::{Failure, grouped, readable};
 use crate::render::{Camera, ColourMap, Legend, Scene, Style, View, png_bytes, render};
 
 /// A page under construction: sections in the order they are added. Texts are escaped; none can add markup.
@@ -34,6 +35,15 @@ pub struct Figure {
     pub caption: String,
     /// Scale of its colours.
     pub legend: Option<Legend>,
+}
+
+/// Two pictures to be compared.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// PNG files, or the reasons why there are none.
+    pub pictures: [Result<Vec<u8>, String>; 2],
+    /// What they show.
+    pub caption: String,
 }
 
 /// How the mesh of a figure is taken.
@@ -150,6 +160,81 @@ impl Report {
             "<figure class=\"viewer\"><iframe title=\"{caption}\" loading=\"lazy\" srcdoc=\"{page}\"></iframe><figcaption>{caption}</figcaption></figure>\n"
         );
         self.has_viewer = true;
+        self
+    }
+
+    /// Adds counts, each with its name and the class of its colour, above a bar in which each has its share.
+    #[must_use]
+    pub fn shares(mut self, counts: &[(&str, &str, usize)]) -> Self {
+        self.body += "<div class=\"tiles\">";
+        for (name, class, count) in counts {
+            let (name, class) = (escaped(name), escaped(class));
+            self.body += &format!("<p><b>{}</b><i class=\"{class}\"></i> {name}</p>", grouped(*count));
+        }
+        self.body += "</div>\n<div class=\"shares\">";
+        for (name, class, count) in counts.iter().filter(|(_, _, count)| *count > 0) {
+            let (name, class) = (escaped(name), escaped(class));
+            self.body += &format!("<i class=\"{class}\" style=\"flex-grow:{count}\" title=\"{name}\"></i>");
+        }
+        self.body += "</div>\n";
+        self
+    }
+
+    /// Adds histograms side by side, as many in a row as there is room for.
+    #[must_use]
+    pub fn spreads(mut self, spreads: &[Spread]) -> Self {
+        self.body += "<div class=\"spreads\">\n";
+        for spread in spreads {
+            let ends: String = spread
+                .in_words()
+                .iter()
+                .map(|(name, value)| format!("<span>{name}<b>{}</b></span>", escaped(value)))
+                .collect();
+            let scale = if spread.is_logarithmic() { " <small>logarithmic</small>" } else { "" };
+            self.body += &format!(
+                "<figure class=\"spread\"><h3>{}{scale}</h3>{}<figcaption>{ends}</figcaption></figure>\n",
+                escaped(&spread.title),
+                spread.svg()
+            );
+        }
+        self.body += "</div>\n";
+        self
+    }
+
+    /// Adds pairs of pictures of so many columns and rows.
+    #[must_use]
+    pub fn pairs(mut self, size: [usize; 2], pairs: &[Pair]) -> Self {
+        let [width, height] = size;
+        self.body += "<div class=\"pairs\">\n";
+        for Pair { pictures, caption } in pairs {
+            let caption = escaped(caption);
+            self.body += "<figure><div>";
+            for picture in pictures {
+                self.body += &match picture {
+                    Ok(png) => {
+                        let data = base64::engine::general_purpose::STANDARD.encode(png);
+                        format!(
+                            "<img alt=\"\" width=\"{width}\" height=\"{height}\" src=\"data:image/png;base64,{data}\">"
+                        )
+                    }
+                    Err(why) => format!("<p>{}</p>", escaped(why)),
+                };
+            }
+            self.body += &format!("</div><figcaption>{caption}</figcaption></figure>\n");
+        }
+        self.body += "</div>\n";
+        self
+    }
+
+    /// Adds a list of counts of things with what they are, and examples.
+    #[must_use]
+    pub fn counted(mut self, items: &[(usize, String, String)]) -> Self {
+        self.body += "<ul class=\"counted\">\n";
+        for (count, what, examples) in items {
+            let (count, what, examples) = (grouped(*count), escaped(what), escaped(examples));
+            self.body += &format!("<li><b>{count} ×</b><div>{what}<small>{examples}</small></div></li>\n");
+        }
+        self.body += "</ul>\n";
         self
     }
 

@@ -18,10 +18,12 @@ mod surface;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
-/// Runs the program with these arguments, the first of which is its name; its exit code.
+/// Runs the program with these arguments, the first of which is its name; its exit code. `itself` is the command line that
+/// starts it, for what it runs in processes of their own.
 #[pyfunction]
-fn run_program(py: Python<'_>, arguments: &Bound<'_, PyList>) -> PyResult<u8> {
+fn run_program(py: Python<'_>, arguments: &Bound<'_, PyList>, itself: &Bound<'_, PyList>) -> PyResult<u8> {
     let arguments: Vec<std::ffi::OsString> = arguments.extract()?;
+    ndf_cli::itself::starts_with(itself.extract()?);
     Ok(py.detach(|| ndf_cli::run(arguments)))
 }
 

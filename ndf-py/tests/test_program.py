@@ -62,3 +62,12 @@ def test_figures_are_those_of_the_program(tmp_path: Path) -> None:
     told = json.loads(run("info", a, "--json").stdout)
     del told["format"]
     assert told == ndf.info(vertices, faces)
+
+
+def test_a_batch_starts_the_program_of_the_package(tmp_path: Path) -> None:
+    vertices, faces = torus()
+    for name in ("a.obj", "b.obj"):
+        write_obj(tmp_path / name, vertices, faces)
+    done = run("batch", "info", tmp_path, "-o", tmp_path / "run", "--jobs", "1", "--json", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["counts"]["ok"] == 2

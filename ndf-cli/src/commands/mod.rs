@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod batch;
 pub mod convert;
 pub mod demo;
 pub mod extract;
@@ -16,7 +17,7 @@ pub mod view;
 
 use clap::Subcommand;
 
-use crate::context::Context;
+use crate::context::{Context, Options};
 use crate::output::{Failure, Outcome};
 
 /// What the program can be asked to do.
@@ -24,6 +25,9 @@ use crate::output::{Failure, Outcome};
 pub enum Command {
     /// Fit an input or a built-in shape, extract, compute, and write a report with pictures
     Demo(demo::Arguments),
+    /// Give a command to many inputs, a process each, with a row of what became of every one
+    #[command(subcommand)]
+    Batch(batch::Arguments),
     /// Write a model in another form: smaller, as plain arrays, or only its base mesh
     Convert(convert::Arguments),
     /// Learn a surface and write a model of some ten kilobytes
@@ -52,12 +56,24 @@ pub enum Command {
 }
 
 impl Command {
+    /// Whether what the parser could not see is right.
+    ///
+    /// # Errors
+    /// As the parser's.
+    pub fn check(&self, options: &Options) -> Result<(), clap::Error> {
+        match self {
+            Self::Batch(arguments) => arguments.check(options),
+            _ => Ok(()),
+        }
+    }
+
     /// Runs the command.
     ///
     /// # Errors
     /// With one sentence, if the work failed.
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
+            Self::Batch(arguments) => batch::run(arguments, context),
             Self::Convert(arguments) => convert::run(arguments, context),
             Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),

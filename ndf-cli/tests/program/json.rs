@@ -14,11 +14,12 @@ static SCHEMA: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../../../docs/json.schema.json")).unwrap());
 
 /// Parts that several commands have.
-const PARTS: [&str; 8] = ["point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
+const PARTS: [&str; 9] =
+    ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 13] = [
-    "convert", "demo", "extract", "fit", "geodesic", "info", "measure", "mesh", "render", "sample",
+const COMMANDS: [&str; 14] = [
+    "batch", "convert", "demo", "extract", "fit", "geodesic", "info", "measure", "mesh", "render", "sample",
     "scalars", "spectrum", "view",
 ];
 
@@ -26,6 +27,9 @@ const COMMANDS: [&str; 13] = [
 pub(super) fn check(arguments: &[&str], printed: &Value) {
     let command = arguments.iter().position(|word| COMMANDS.contains(word)).unwrap();
     let name = match (arguments[command], printed["kind"].as_str()) {
+        ("batch", _) if ["merge", "report"].contains(&arguments[command + 1]) => {
+            format!("batch-{}", arguments[command + 1])
+        }
         ("scalars", _) => format!("scalars-{}", arguments[command + 1]),
         ("info", Some("oriented-cloud" | "cloud")) => "info-cloud".to_owned(),
         ("info", Some("neural-sdf" | "neus" | "nerf")) => "info-network".to_owned(),
@@ -34,6 +38,15 @@ pub(super) fn check(arguments: &[&str], printed: &Value) {
     };
     let wrong = differences(&SCHEMA["$defs"][&name], printed, &name);
     assert!(wrong.is_empty(), "{arguments:?}: {}", wrong.join("; "));
+}
+
+/// Whether a row of a batch is as the schema says, and its result as that of the command.
+pub(super) fn check_row(command: &str, row: &Value) {
+    let wrong = differences(&SCHEMA["$defs"]["batch-row"], row, "row");
+    assert!(wrong.is_empty(), "{}", wrong.join("; "));
+    if row["status"] == "ok" {
+        check(&[command], &row["result"]);
+    }
 }
 
 /// Where a value is not as its schema says.

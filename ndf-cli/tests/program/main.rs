@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "all of this file is test code")]
 
 mod bad_meshes;
+mod batch;
 mod commands;
 mod docs;
 mod fields;

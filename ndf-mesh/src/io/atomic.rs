@@ -1,5 +1,6 @@
 //! Files that are either there as a whole or not at all.
 
+use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -58,6 +59,30 @@ pub fn remove_temporary_files() {
     }
 }
 
+/// Removes what [`atomic_write`] was writing to these paths in processes that were killed. Nobody else may be writing there.
+///
+/// Every folder is listed once. What cannot be listed or removed stays.
+pub fn remove_unfinished(paths: &HashSet<PathBuf>) {
+    let folders: HashSet<&Path> = paths.iter().map(|path| folder(path)).collect();
+    for folder in folders {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            if name.to_str().and_then(written).is_some_and(|written| paths.contains(&folder.join(written))) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// The name under which a file with a name of [`beside`] is to appear; none for other names.
+fn written(hidden: &str) -> Option<&str> {
+    let name = hidden.strip_prefix('.')?.strip_suffix(SUFFIX)?;
+    name.rsplit_once('.').map(|(name, _)| name)
+}
+
+/// How the names of files end that are being written.
+const SUFFIX: &str = ".tmp";
+
 /// Files that are being written.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -114,7 +139,7 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
         hidden.push(".");
     }
     let mut builder = tempfile::Builder::new();
-    builder.prefix(&hidden).suffix(".tmp");
+    builder.prefix(&hidden).suffix(SUFFIX);
     // As other files are made: what the mask of the process leaves of it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -170,6 +195,22 @@ mod tests {
         fs::remove_dir_all(folder).unwrap();
         atomic_write("/dev/null", |out| out.write_all(b"nothing")).unwrap();
         assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
+    }
+
+    #[test]
+    fn what_was_never_finished_is_told_by_its_name() {
+        let folder = std::env::temp_dir().join(format!("ndf-atomic-unfinished-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let killed = beside(&folder.join("a.b.ply")).unwrap().keep().unwrap().1;
+        let other = beside(&folder.join("b.ply")).unwrap().keep().unwrap().1;
+        fs::write(folder.join("a.b.ply"), "").unwrap();
+        remove_unfinished(&HashSet::from([
+            folder.join("a.b.ply"),
+            folder.join("none"),
+            "no/such/folder".into(),
+        ]));
+        assert!(!killed.exists() && other.exists() && folder.join("a.b.ply").exists());
+        fs::remove_dir_all(folder).unwrap();
     }
 
     /// A file keeps its permissions, a new one has those of all new files, and a failure leaves nothing.

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 use crate::TriangleMesh;
 
-pub use atomic::{atomic_write, check_folder, remove_temporary_files};
+pub use atomic::{atomic_write, check_folder, remove_temporary_files, remove_unfinished};
 pub use defect::FileDefect;
 pub use lines::{Lines, format_of_lines, read_lines, write_lines};
 pub use note::ReadNote;
