@@ -1,7 +1,7 @@
 //! An intrinsic triangulation of a mesh: other triangles, the same surface.
 
 use ndf_mesh::FacePoint;
-use ndf_mesh::{Edge, Halfedge, ManifoldMesh, SurfacePoint, Vertex};
+use ndf_mesh::{Edge, Halfedge, ManifoldMesh, SurfacePoint, TriangleMesh, Vertex};
 
 use crate::integer_coordinates::IntegerCoordinates;
 use crate::intrinsic_mesh::{IntrinsicMesh, Mollification};
@@ -94,6 +94,18 @@ impl<'m> IntrinsicTriangulation<'m> {
     /// Connectivity and lengths, given away.
     pub fn into_mesh(self) -> IntrinsicMesh {
         self.coordinates.mesh
+    }
+
+    /// The mesh in space with the same vertices and straight edges, which cut off what bends between them. None where the
+    /// triangulation [is not simplicial](ndf_mesh::Topology::is_simplicial), and so no mesh in space. O(n) apart from tracing.
+    pub fn embedded(&self) -> Option<ManifoldMesh> {
+        let topology = self.mesh().topology();
+        let place = |v| self.location(v).position(self.input());
+        let faces = || topology.faces().map(|f| topology.face_vertices(f).map(u32::from)).collect();
+        let mesh = topology
+            .is_simplicial()
+            .then(|| TriangleMesh::new(topology.vertices().map(place).collect(), faces()));
+        ManifoldMesh::try_from(mesh?.ok()?).ok()
     }
 
     /// Normal coordinates and roundabouts.

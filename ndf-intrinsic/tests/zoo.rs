@@ -210,6 +210,22 @@ fn radii_are_bounded_where_asked() {
 }
 
 #[test]
+fn embedded_triangulations_lie_on_their_input_and_converge_to_it() {
+    // In the plane nothing is cut off.
+    let refined = |mesh: &ManifoldMesh, max_circumradius| {
+        let mut triangulation = IntrinsicTriangulation::new(mesh);
+        triangulation.refine_delaunay(&RefinementOptions { max_circumradius, ..Default::default() });
+        triangulation.embedded().unwrap()
+    };
+    let flat = manifold(shapes::grid(3, 2));
+    assert!((refined(&flat, 0.1).area() / flat.area() - 1.0).abs() < 1e-12);
+    // Of triangles that are smaller than the input's, those on its edges cut corners off: a share that shrinks with them.
+    let bent = manifold(shapes::torus(60, 5, 1.0, 0.4));
+    let missing = [0.02, 0.01].map(|radius| 1.0 - refined(&bent, radius).area() / bent.area());
+    assert!(missing[0] > 0.0 && missing[1] < 0.7 * missing[0] && missing[1] < 1e-2, "{missing:?}");
+}
+
+#[test]
 fn what_cannot_be_done_is_an_error() {
     let mesh = manifold(shapes::grid(3, 3));
     let mut triangulation = IntrinsicTriangulation::new(&mesh);

@@ -14,6 +14,7 @@ mod model;
 mod progress;
 mod spectra;
 mod surface;
+mod viewer;
 
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -45,8 +46,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(spectra::heat_kernel_signature, module)?)?;
     module.add_function(wrap_pyfunction!(spectra::wave_kernel_signature, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::remesh, module)?)?;
+    module.add_function(wrap_pyfunction!(meshing::remesh_intrinsically, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::decimate, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::marching_cubes, module)?)?;
+    module.add_function(wrap_pyfunction!(viewer::model_page, module)?)?;
+    module.add_function(wrap_pyfunction!(viewer::mesh_page, module)?)?;
     module.add_function(wrap_pyfunction!(measures::measure, module)?)?;
     module.add_function(wrap_pyfunction!(measures::info, module)?)?;
     module.add_function(wrap_pyfunction!(measures::winding_number, module)?)?;

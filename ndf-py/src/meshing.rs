@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ndf::{OpenOptions, Parts, Progress, RepairOptions, TriangleMesh};
 use ndf_core::Inside;
+use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
 use ndf_mesh::FacePoint;
 use ndf_mesh::repair::{Repaired, repaired};
 use ndf_meshing::{DecimationOptions, IsotropicOptions, MarchingCubesOptions, remesh_isotropically};
@@ -36,6 +37,37 @@ pub(crate) fn remesh<'py>(
     let found = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
         let repaired = manifold(&mesh)?;
         remesh_isotropically(&repaired.mesh, None, &options, progress).map_err(|error| error.to_string())
+    })?;
+    from_mesh(py, found.map_err(failure)?.into_triangle_mesh())
+}
+
+/// The intrinsic Delaunay triangulation of a mesh, refined until its edges are no longer than this.
+#[pyfunction]
+pub(crate) fn remesh_intrinsically<'py>(
+    py: Python<'py>,
+    vertices: Points<'py>,
+    faces: Faces<'py>,
+    edge_length: f64,
+) -> PyResult<PyMesh<'py>> {
+    /// Edges of equilateral triangles in circles of radius one.
+    const EDGE: f64 = 1.732_050_807_568_877_2;
+    let mesh = mesh(&vertices, &faces)?;
+    if !(edge_length.is_finite() && edge_length > 0.0) {
+        return Err(failure(format!("the edge length must be a positive number, not {edge_length}")));
+    }
+    let found = run(py, None, None, &Raised::default(), |_| {
+        let input = manifold(&mesh)?.mesh;
+        let mut triangulation = IntrinsicTriangulation::new(&input);
+        let max_circumradius = edge_length / EDGE;
+        let report = triangulation
+            .refine_delaunay(&RefinementOptions { max_circumradius, ..RefinementOptions::default() });
+        if report.reached_cap {
+            return Err(
+                "this edge length needs more than ten million vertices; choose a longer one".to_owned()
+            );
+        }
+        let embedded = triangulation.embedded();
+        embedded.ok_or_else(|| "edges of this length join vertices twice; choose a shorter one".to_owned())
     })?;
     from_mesh(py, found.map_err(failure)?.into_triangle_mesh())
 }

@@ -14,9 +14,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::{Map, Value, json};
 
-use crate::arrays::{Faces, Points, PyMesh, face_points, from_mesh, from_points, json, mesh};
+use crate::arrays::{
+    Faces, Points, PyFacePoints, PyMesh, face_points, from_face_points, from_mesh, from_points, json, mesh,
+};
 use crate::errors::failure;
 use crate::progress::{Raised, run};
+
+type PyExtracted<'py> = (PyMesh<'py>, PyFacePoints<'py>, Option<String>);
 
 /// A model. Methods see it as it is when they are called.
 #[pyclass(frozen, module = "ndf._native")]
@@ -27,7 +31,7 @@ impl Model {
         Self(Mutex::new(Arc::new(model)))
     }
 
-    fn get(&self) -> Arc<ndf::Model> {
+    pub(crate) fn get(&self) -> Arc<ndf::Model> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -64,7 +68,7 @@ impl Model {
         from_mesh(py, self.get().base_in_world().into_triangle_mesh())
     }
 
-    /// A mesh, and what is true of it as JSON.
+    /// A mesh, where over the base mesh its vertices are, and what is true of it as JSON.
     fn extract<'py>(
         &self,
         py: Python<'py>,
@@ -72,7 +76,7 @@ impl Model {
         relative_edge_length: Option<f64>,
         reported: bool,
         observer: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<(PyMesh<'py>, Option<String>)> {
+    ) -> PyResult<PyExtracted<'py>> {
         let length = match (edge_length, relative_edge_length) {
             (Some(_), Some(_)) => return Err(failure("give edge_length or relative_edge_length, not both")),
             (Some(length), None) => EdgeLength::World(length),
@@ -91,10 +95,11 @@ impl Model {
                 figures["seconds"] = seconds.into();
                 figures["target_edge_length"] = length.world(&model).into();
             }
-            Ok::<_, String>((found.mesh, figures.map(|figures| figures.to_string())))
+            Ok::<_, String>((found, figures.map(|figures| figures.to_string())))
         };
-        let (mesh, figures) = run(py, None, observer, &Raised::default(), work)?.map_err(failure)?;
-        Ok((from_mesh(py, mesh.into_triangle_mesh())?, figures))
+        let (found, figures) = run(py, None, observer, &Raised::default(), work)?.map_err(failure)?;
+        let places = from_face_points(py, &found.origins)?;
+        Ok((from_mesh(py, found.mesh.into_triangle_mesh())?, places, figures))
     }
 
     fn evaluate<'py>(

@@ -55,6 +55,13 @@ def test_extract(model: ndf.Model) -> None:
         model.extract(0.1, relative_edge_length=0.1)
 
 
+def test_places_of_vertices(model: ndf.Model) -> None:
+    vertices, faces, face, bary = model.extract_places(edge_length=0.1)
+    again = model.extract(edge_length=0.1)
+    assert np.array_equal(vertices, again[0]) and np.array_equal(faces, again[1])
+    assert np.abs(model.evaluate(face, bary) - vertices).max() < 1e-12
+
+
 def test_evaluate_and_normals(model: ndf.Model) -> None:
     face = np.arange(40)
     bary = np.random.default_rng(0).dirichlet([1, 1, 1], 40)
@@ -208,6 +215,12 @@ def test_heat_kernel_signature_is_its_formula() -> None:
 
 
 def test_meshing() -> None:
+    vertices, faces = ndf.remesh(V, F, 0.2, method="intrinsic")
+    assert np.array_equal(vertices[: len(V)], V) and len(faces) >= len(F)
+    with pytest.raises(ndf.NdfError, match="isotropic"):
+        ndf.remesh(V, F, 0.2, method="other")  # type: ignore[arg-type]
+    with pytest.raises(ndf.NdfError, match="positive"):
+        ndf.remesh(V, F, -1, method="intrinsic")
     vertices, faces = ndf.remesh(V, F, 0.1)
     lengths = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2)
     assert 0.08 < lengths.mean() < 0.12 and ndf.info(vertices, faces)["genus"] == 1
@@ -251,3 +264,34 @@ def test_measures() -> None:
     assert faces[1] == -1 and np.isnan(feet[1]).all()
     with pytest.raises(ndf.NdfError):
         ndf.measure(V, F, V, F[:0])
+
+
+def test_pages(model: ndf.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+
+    def open_page(url: str) -> bool:
+        opened.append(url)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", open_page)
+    page = model.show(edge_length=0.1, name="a <torus>")
+    assert opened and opened[0].startswith("file:") and page.html.startswith("<!DOCTYPE html>")
+    page.save(tmp_path / "a.html")
+    assert (tmp_path / "a.html").read_text(encoding="utf-8") == page.html
+    assert "srcdoc" in model._repr_html_() and len(page.html) < 1_000_000
+    mesh = ndf.show(V, F, scalars={"height": V[:, 2], "depth": V[:, 0]}, source=[1, 0, 0])
+    with pytest.raises(ndf.NdfError, match='"x"'):
+        ndf.show(V, F, scalars={"x": V[:, 0]})
+    assert len(opened) == 2 and "srcdoc" in mesh._repr_html_()
+    with pytest.raises(ndf.NdfError, match="height"):
+        ndf.show(V, F, scalars={"height": V[:, 2]}, scalar="depth")
+    with pytest.raises(ndf.NdfError, match="3 values"):
+        ndf.show(V, F, scalars={"height": [1, 2, 3]})
+    with pytest.raises(ndf.NdfError, match="place"):
+        ndf.show(V, F, source=[1, 2])
+    with pytest.raises(ndf.NdfError, match="waves"):
+        model.show(scalar="waves")
+    assert len(opened) == 2
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
+    with pytest.warns(ndf.NdfWarning, match="no browser"):
+        page.open()

@@ -66,7 +66,7 @@ impl Surface {
 
     /// The same in double precision.
     pub fn positions(&self) -> Vec<f64> {
-        self.0.mesh().positions().iter().flat_map(|p| p.to_array()).collect()
+        self.0.mesh().positions().iter().flat_map(ndf::DVec3::to_array).collect()
     }
 
     /// The corners of the faces, three of each.

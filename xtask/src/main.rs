@@ -29,7 +29,8 @@ Tasks:
            docs/info.jsonl, and print what changed
   paths    Check that the files and folders that the documentation names exist
   python   Build the wheel of the Python package into target/wheels, install it in an environment of its own, and run its
-           tests, mypy and stubtest; `python compare` measures it beside other libraries
+           tests, mypy and stubtest; then `python compare` measures it beside other libraries, and `python pages` writes
+           docs/python from the docstrings, with pictures
   readmes  Write README.md of every crate from the front page of its documentation
   web      Build the npm package into web/lib and the page of `ndf view` into web/dist, which is committed; `web test` tests
            both, `web measure` writes the tables of docs/web.md
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
         ["paths"] => paths::check(),
         ["python"] => python::run(),
         ["python", "compare"] => python::compare(),
+        ["python", "pages"] => python::pages(),
         ["readmes"] => readmes::run(false),
         ["web"] => web::build(),
         ["web", "test"] => web::test(),

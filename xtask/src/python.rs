@@ -39,6 +39,15 @@ pub(crate) fn compare() -> Result<(), String> {
     shell::run(Command::new(program(&environment, "python")).arg(script).current_dir(root()))
 }
 
+/// Writes the pages of `docs/python` and their pictures.
+pub(crate) fn pages() -> Result<(), String> {
+    let environment = environment()?;
+    let script = root().join("ndf-py/pages/make.py");
+    shell::run(
+        Command::new(program(&environment, "python")).arg(script).arg("--pictures").current_dir(root()),
+    )
+}
+
 /// A virtual environment with what the tests need.
 fn environment() -> Result<PathBuf, String> {
     let environment = target().join("python");

@@ -116,7 +116,7 @@ impl Shown {
         let model = read_model(path)?;
         let bytes =
             fs::read(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
-        let channels = model.scalars.iter().flat_map(|fields| fields.channels());
+        let channels = model.scalars.iter().flat_map(ndf_model::SurfaceScalars::channels);
         Ok(Self {
             what: "model",
             bytes,

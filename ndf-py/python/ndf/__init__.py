@@ -17,6 +17,7 @@ from ndf._measures import closest_point, info, measure, winding_number
 from ndf._meshing import decimate, marching_cubes, remesh
 from ndf._model import Model
 from ndf._native import NdfError, __version__
+from ndf._show import View, show
 from ndf._spectra import heat_kernel_signature, laplacian, spectrum, wave_kernel_signature
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "NdfWarning",
     "Path",
     "Surface",
+    "View",
     "__version__",
     "closest_point",
     "compat",
@@ -41,6 +43,7 @@ __all__ = [
     "marching_cubes",
     "measure",
     "remesh",
+    "show",
     "spectrum",
     "wave_kernel_signature",
     "winding_number",

@@ -17,24 +17,40 @@ def remesh(
     faces: Any = None,
     edge_length: float | None = None,
     *,
+    method: Literal["isotropic", "intrinsic"] = "isotropic",
     rounds: int = 10,
     progress: Progress = False,
 ) -> tuple[Floats, Ints]:
-    """A mesh ``(n2, 3)``, ``(m2, 3)`` on the surface of a mesh with even triangles whose edges are about ``edge_length`` long.
+    """A mesh ``(n2, 3)``, ``(m2, 3)`` of another resolution whose vertices lie on the surface of a mesh. The topology stays.
 
-    Borders stay; their edges are only split. The topology stays, too.
+    Parameters
+    ----------
+    vertices, faces
+        ``(n, 3)`` and ``(m, 3)``, or one object with both.
+    edge_length
+        The length of edges, in the units of the mesh.
+    method
+        ``isotropic``: even triangles whose edges are about so long, in ``rounds``; borders stay, their edges are only split.
+        ``intrinsic``: all vertices stay, and others are inserted where the intrinsic Delaunay triangulation has angles below
+        25° or circles wider than those around equilateral triangles with such edges.
 
     Raises
     ------
     NdfError
-        If the mesh cannot be repaired to a manifold, or the length is not positive.
+        If the mesh cannot be repaired to a manifold, the length is not positive, or ``intrinsic`` edges would join two
+        vertices twice.
 
-    Source: isotropic remeshing, Botsch and Kobbelt (2004).
+    Source: Botsch and Kobbelt (2004); Sharp, Soliman and Crane (2019).
     """
     if edge_length is None:
         raise NdfError("edge_length is missing; give the length that edges should have, in the units of the mesh")
+    if method not in ("isotropic", "intrinsic"):
+        raise NdfError(f"method must be isotropic or intrinsic, not {method}")
+    arrays = mesh(vertices, faces)
+    if method == "intrinsic":
+        return _native.remesh_intrinsically(*arrays, edge_length)
     with observer(progress) as observing:
-        return _native.remesh(*mesh(vertices, faces), edge_length, rounds, observing)
+        return _native.remesh(*arrays, edge_length, rounds, observing)
 
 
 @takes_meshes

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path as FilePath
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,9 @@ from ndf import _native
 from ndf._arrays import Floats, Ints, face_points, floats, mesh, of_object
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
+
+if TYPE_CHECKING:
+    from ndf._show import View
 
 
 class Model:
@@ -134,10 +137,25 @@ class Model:
             If the length is not positive, or would make more than 50 million faces.
         """
         with observer(progress) as observing:
-            (vertices, faces), figures = self._native.extract(
+            (vertices, faces), _, figures = self._native.extract(
                 edge_length, relative_edge_length, report, observing
             )
         return (vertices, faces) if figures is None else (vertices, faces, json.loads(figures))
+
+    def extract_places(
+        self,
+        edge_length: float | None = None,
+        *,
+        relative_edge_length: float | None = None,
+        progress: Progress = False,
+    ) -> tuple[Floats, Ints, Ints, Floats]:
+        """What :meth:`extract` gives, and where over the base mesh the vertices are: faces ``(n,)`` and barycentric coordinates
+        ``(n, 3)``, at which :meth:`evaluate`, :meth:`normals` and :meth:`eval_scalars` say what is there."""
+        with observer(progress) as observing:
+            mesh, places, _ = self._native.extract(
+                edge_length, relative_edge_length, False, observing
+            )
+        return *mesh, *places
 
     def evaluate(self, face: ArrayLike, bary: ArrayLike) -> Floats:
         """Points of the surface, ``(k, 3)``, over points of the base mesh, ``(k,)`` and ``(k, 3)``."""
@@ -203,6 +221,37 @@ class Model:
     def eval_scalars(self, name: str, face: ArrayLike, bary: ArrayLike) -> Floats:
         """Values ``(k,)`` of a stored scalar over points of the base mesh."""
         return self._native.eval_scalars(name, *face_points(face, bary))
+
+    def show(
+        self,
+        edge_length: float | None = None,
+        *,
+        scalar: str | None = None,
+        source: ArrayLike | None = None,
+        name: str = "model",
+    ) -> View:
+        """Shows the surface: in a notebook as the value of a cell, elsewhere in a browser. There it is cut to any edge length.
+
+        ``edge_length`` is the one at first, ``scalar`` the name of the stored scalar that colours it at first, ``source`` a place
+        ``(3,)`` from whose next vertex exact distances are shown at first, ``name`` the title. :meth:`View.save` writes the page.
+        """
+        from ndf._show import shown
+
+        return shown(self._view(edge_length, scalar, source, name))
+
+    def _repr_html_(self) -> str:
+        return self._view(None, None, None, "model")._repr_html_()
+
+    def _view(
+        self,
+        edge_length: float | None,
+        scalar: str | None,
+        source: ArrayLike | None,
+        name: str,
+    ) -> View:
+        from ndf._show import model_view
+
+        return model_view(self._native, self.scalars, scalar, source, edge_length, name)
 
     def to_trimesh(self, edge_length: float | None = None, **options: Any) -> Any:
         """A ``trimesh.Trimesh`` with these edges; ``options`` go to it."""

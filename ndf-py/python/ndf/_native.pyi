@@ -23,7 +23,10 @@ __all__ = [
     "laplacian",
     "marching_cubes",
     "measure",
+    "mesh_page",
+    "model_page",
     "remesh",
+    "remesh_intrinsically",
     "run_program",
     "spectrum",
     "wave_kernel_signature",
@@ -54,7 +57,7 @@ class Model:
         relative_edge_length: float | None,
         reported: bool,
         observer: _Observer,
-    ) -> tuple[_Mesh, str | None]: ...
+    ) -> tuple[_Mesh, tuple[_Ints, _Floats], str | None]: ...
     def evaluate(self, face: _Ints, bary: _Floats) -> _Floats: ...
     def normals(self, face: _Ints, bary: _Floats) -> _Floats: ...
     def scalars(self) -> str: ...
@@ -81,6 +84,22 @@ class GeodesicSolver:
     def path(self, from_: _Place, to: _Place, /) -> tuple[_Floats, _Ints, _Floats, float]: ...
     def matrix(self, vertices: list[int], threads: int | None, observer: _Observer) -> _Floats: ...
 
+def model_page(
+    model: Model,
+    name: str,
+    scalar: str | None,
+    source: list[float] | None,
+    edge_length: float | None,
+) -> str: ...
+def mesh_page(
+    vertices: _Floats,
+    faces: _Ints,
+    names: list[str],
+    values: _Floats,
+    name: str,
+    scalar: str | None,
+    source: list[float] | None,
+) -> str: ...
 def run_program(arguments: list[str], itself: list[str]) -> int: ...
 def fit_mesh(
     vertices: _Floats,
@@ -125,6 +144,7 @@ def wave_kernel_signature(
 def remesh(
     vertices: _Floats, faces: _Ints, edge_length: float, rounds: int, observer: _Observer
 ) -> _Mesh: ...
+def remesh_intrinsically(vertices: _Floats, faces: _Ints, edge_length: float) -> _Mesh: ...
 def decimate(
     vertices: _Floats, faces: _Ints, count: int, observer: _Observer
 ) -> tuple[_Mesh, _Ints]: ...

@@ -126,10 +126,7 @@ fn compile_library(folder: &Path, rustc: &Path) -> Result<(), String> {
             fs::copy(&file, to.join(&name)).map_err(|e| format!("{}: {e}", file.display()))?;
         }
     }
-    [build, sources]
-        .iter()
-        .try_for_each(|path| fs::remove_dir_all(path))
-        .map_err(|e| format!("{}: {e}", folder.display()))
+    [build, sources].iter().try_for_each(fs::remove_dir_all).map_err(|e| format!("{}: {e}", folder.display()))
 }
 
 fn create(folder: &Path) -> Result<(), String> {

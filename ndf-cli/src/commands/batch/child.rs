@@ -216,7 +216,7 @@ mod tests {
     use super::*;
 
     fn sh(script: &str, limits: Limits) -> Ended {
-        run(Command::new("sh").args(["-c", script]), limits).unwrap()
+        run(Command::new("sh").args(["-c", script]), limits).expect("there is a shell")
     }
 
     #[test]
