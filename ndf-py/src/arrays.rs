@@ -1,6 +1,7 @@
 //! Arrays as meshes and points, and back. Results are handed over: NumPy takes the memory that Rust filled.
 
 use ndf::{DVec3, TriangleMesh};
+use ndf_mesh::io::VertexScalars;
 use ndf_mesh::{Face, FacePoint};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -45,6 +46,20 @@ pub(crate) fn mesh(vertices: &Points<'_>, faces: &Faces<'_>) -> PyResult<Triangl
     };
     let faces = triples(faces)?.into_iter().enumerate().map(corners).collect::<PyResult<Vec<_>>>()?;
     TriangleMesh::new(positions, faces).map_err(failure)
+}
+
+/// Values at so many vertices, one row a scalar.
+pub(crate) fn scalars(
+    names: Vec<String>,
+    values: &PyReadonlyArray2<'_, f64>,
+    vertices: usize,
+) -> PyResult<Vec<VertexScalars>> {
+    let rows = values.as_slice().map_err(failure)?.chunks(vertices.max(1));
+    let scalar = |(name, row): (String, &[f64])| VertexScalars {
+        name,
+        values: row.iter().map(|&x| x as f32).collect(),
+    };
+    Ok(names.into_iter().zip(rows).map(scalar).collect())
 }
 
 /// Points of faces, of as many faces as there are.

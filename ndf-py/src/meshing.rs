@@ -49,8 +49,6 @@ pub(crate) fn remesh_intrinsically<'py>(
     faces: Faces<'py>,
     edge_length: f64,
 ) -> PyResult<PyMesh<'py>> {
-    /// Edges of equilateral triangles in circles of radius one.
-    const EDGE: f64 = 1.732_050_807_568_877_2;
     let mesh = mesh(&vertices, &faces)?;
     if !(edge_length.is_finite() && edge_length > 0.0) {
         return Err(failure(format!("the edge length must be a positive number, not {edge_length}")));
@@ -58,7 +56,8 @@ pub(crate) fn remesh_intrinsically<'py>(
     let found = run(py, None, None, &Raised::default(), |_| {
         let input = manifold(&mesh)?.mesh;
         let mut triangulation = IntrinsicTriangulation::new(&input);
-        let max_circumradius = edge_length / EDGE;
+        // That of an equilateral triangle.
+        let max_circumradius = edge_length / 3.0_f64.sqrt();
         let report = triangulation
             .refine_delaunay(&RefinementOptions { max_circumradius, ..RefinementOptions::default() });
         if report.reached_cap {

@@ -7,7 +7,7 @@ use std::time::Instant;
 use ndf::figures::ExtractionFigures;
 use ndf::{EdgeLength, ModelExt, Progress};
 use ndf_mesh::FacePoint;
-use ndf_mesh::io::{VertexScalars, atomic_write};
+use ndf_mesh::io::atomic_write;
 use ndf_train::scalars::{ScalarBudget, ScalarLevelOptions};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -16,6 +16,7 @@ use serde_json::{Map, Value, json};
 
 use crate::arrays::{
     Faces, Points, PyFacePoints, PyMesh, face_points, from_face_points, from_mesh, from_points, json, mesh,
+    scalars,
 };
 use crate::errors::failure;
 use crate::progress::{Raised, run};
@@ -155,13 +156,7 @@ impl Model {
         observer: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<String> {
         let mesh = mesh(&vertices, &faces)?;
-        let values = values.as_slice().map_err(failure)?;
-        let rows = values.chunks(mesh.vertex_count().max(1));
-        let scalar = |(name, row): (String, &[f64])| VertexScalars {
-            name,
-            values: row.iter().map(|&x| x as f32).collect(),
-        };
-        let scalars: Vec<VertexScalars> = names.into_iter().zip(rows).map(scalar).collect();
+        let scalars = scalars(names, &values, mesh.vertex_count())?;
         let budget = match (size, error) {
             (Some(_), Some(_)) => return Err(failure("give size or error, not both")),
             (Some(bytes), None) => ScalarBudget::Bytes(bytes),

@@ -2,12 +2,12 @@
 
 use ndf::ModelExt;
 use ndf_cli::render::{Up, upright};
-use ndf_mesh::io::{Positions, Rounding, VertexScalars, to_ply};
+use ndf_mesh::io::{Positions, Rounding, to_ply};
 use ndf_viewer::Input;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::arrays::{Faces, Points, mesh};
+use crate::arrays::{Faces, Points, mesh, scalars};
 use crate::errors::failure;
 use crate::model::Model;
 use crate::progress::{Raised, run};
@@ -44,12 +44,7 @@ pub(crate) fn mesh_page(
     source: Option<[f64; 3]>,
 ) -> PyResult<String> {
     let mesh = mesh(&vertices, &faces)?;
-    let rows = values.as_slice().map_err(failure)?.chunks(mesh.vertex_count().max(1));
-    let of_row = |(name, row): (String, &[f64])| VertexScalars {
-        name,
-        values: row.iter().map(|&x| x as f32).collect(),
-    };
-    let scalars: Vec<VertexScalars> = names.into_iter().zip(rows).map(of_row).collect();
+    let scalars = scalars(names, &values, mesh.vertex_count())?;
     let page = run(py, None, None, &Raised::default(), |_| {
         let is_single = Rounding::to_single(mesh.positions()).moved == 0.0;
         let positions = if is_single { Positions::Suited } else { Positions::Double };
