@@ -26,6 +26,10 @@ const TASKS_PER_REPORT: u64 = 4096;
 /// determine them let windows multiply without end.
 const MAX_WINDOWS: u64 = 10_000;
 
+/// The bound lies beyond the targets by this part of their distance: a way over another corner of a target's face may be its own
+/// rounded otherwise, and distances are exact to about as much.
+const SLACK: f64 = 1e-12;
+
 /// What an exact computation took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
@@ -51,6 +55,8 @@ pub(crate) struct Wavefront<'a> {
     pub(crate) bound: f64,
     /// Points whose distance, once all are known, bounds the rest.
     targets: Vec<FacePoint>,
+    /// The target that was farthest when the bound was looked at, and how far.
+    farthest: Option<(usize, f64)>,
     joints: &'a Joints,
     /// Windows that entered a face, by the half-edge they entered through; empty when they are not kept.
     pub(crate) kept: Vec<Vec<Window>>,
@@ -77,6 +83,7 @@ impl<'a> Wavefront<'a> {
             front: Front::default(),
             pending: Pending::new(mesh.halfedge_count()),
             bound,
+            farthest: None,
             targets,
             joints,
             kept: if keep_windows { vec![Vec::new(); mesh.halfedge_count()] } else { Vec::new() },
@@ -262,11 +269,16 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    /// Lowers the bound to the largest distance of the targets, as far as known.
+    /// Lowers the bound to the largest distance of the targets, as far as known. O(1) as long as the farthest stays as far.
     fn tighten_bound(&mut self) {
         let reach = |p: &FacePoint| bound(self.mesh, p, &self.distances);
-        if let Some(farthest) = self.targets.iter().map(reach).max_by(f64::total_cmp) {
-            self.bound = self.bound.min(farthest);
+        if self.farthest.is_some_and(|(target, before)| reach(&self.targets[target]) >= before) {
+            return;
+        }
+        let reaches = self.targets.iter().map(reach).enumerate();
+        if let Some((target, farthest)) = reaches.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            self.farthest = Some((target, farthest));
+            self.bound = self.bound.min(farthest * (1.0 + SLACK));
         }
     }
 }

@@ -327,6 +327,39 @@ fn other_components_are_unreached() {
     assert_eq!(geodesics.distance_at(inside).unwrap(), f64::INFINITY);
 }
 
+/// Every vertex is reached as a target, alone or among others, also beside its source, where the ways to it over the corners of
+/// its face are one and differ by rounding.
+#[test]
+fn targets_next_to_sources_are_reached() {
+    let turned = |p: DVec3| {
+        let p = p + 0.05 * DVec3::new((5.0 * p.y).sin(), (7.0 * p.z).cos(), (3.0 * p.x).sin());
+        DVec3::new(0.6 * p.x - 0.8 * p.y, 0.8 * p.x + 0.6 * p.y, 1.1 * p.z) * 0.37
+    };
+    let mesh = ManifoldMesh::try_from(shapes::icosphere(3).map_positions(turned)).unwrap();
+    let mesh = IntrinsicMesh::from_mesh(&mesh);
+    for source in mesh.vertices().step_by(3) {
+        let from = [SurfacePoint::Vertex(source)];
+        let all = exact_distances(&mesh, &from, &ExactOptions::default(), &NoProgress).unwrap();
+        let ring: Vec<_> = mesh.ring(source).collect();
+        let alone = ring.iter().map(|&v| vec![v]);
+        for targets in alone.chain([ring.clone()]) {
+            let options = ExactOptions {
+                targets: targets.iter().copied().map(SurfacePoint::Vertex).collect(),
+                ..ExactOptions::with_windows()
+            };
+            let found = exact_distances(&mesh, &from, &options, &NoProgress).unwrap();
+            for v in targets {
+                let (distance, expected) = (found.distances()[v.index()], all.distances()[v.index()]);
+                assert!(
+                    (distance - expected).abs() <= 1e-12 * expected,
+                    "{source} {v}: {distance} {expected}"
+                );
+                assert!(found.path_to(SurfacePoint::Vertex(v)).is_ok(), "{source} {v}");
+            }
+        }
+    }
+}
+
 #[test]
 fn radius_and_targets_stop_the_front_and_change_no_distance() {
     let mesh = intrinsic(&shapes::trefoil_knot(200, 16, 0.2));
