@@ -18,6 +18,12 @@ use serde::Serialize;
 /// The least cosine between a triangle and the true surface above it: areas over steeper ones are those of this one.
 const MIN_COSINE: f64 = 0.25;
 
+/// Feet of a triangle's corners are on different sheets of the surface if they span more than so many times its area, or are tilted
+/// against it by more than an angle of this cosine. A handful of such triangles, as level sets have them, outweighs what all others
+/// say.
+const MAX_STRETCH: f64 = 4.0;
+const MIN_TILT: f64 = 0.5;
+
 /// An area that is known and the one that is measured differ by less, as shares, if they are those of the same surface.
 const SAME: f64 = 1e-3;
 
@@ -86,8 +92,13 @@ pub fn measure_metric(
         let [a, b, c] = corners.map(facing);
         let foot = inside[point].ok().filter(|foot| foot.normal.dot(crosses[point]) > 0.0)?;
         let triangle = scale * scale * cross([a?, b?, c?]);
+        let own = cross(corners.map(|v| points[v as usize]));
+        let (size, own_size) = (triangle.length(), own.length());
+        if size > MAX_STRETCH * own_size || triangle.dot(own) < MIN_TILT * size * own_size {
+            return None;
+        }
         let cosine = triangle.normalize_or_zero().dot(foot.normal).max(MIN_COSINE);
-        Some(0.5 * triangle.length() / cosine)
+        Some(0.5 * size / cosine)
     };
     // Of four triangles, their own area and the true one over them.
     let areas = faces.as_chunks::<4>().0.par_iter().enumerate().map(|(f, four)| {
@@ -180,6 +191,33 @@ mod tests {
             assert!((report.area_ratio * own / exact - 1.0).abs() < 1e-4);
             assert!((metric.factors(own).operators * radius / 1.5 - 1.0).abs() < 1e-3);
         }
+    }
+
+    /// Feet that jump to another sheet are none.
+    #[test]
+    fn a_few_feet_elsewhere_change_no_area() {
+        struct Jumping(Felt);
+        impl Surface for Jumping {
+            fn bounds(&self) -> BoundingBox {
+                Surface::bounds(&self.0)
+            }
+
+            fn project(&self, queries: &[Query], feet: &mut [Answer]) {
+                self.0.project(queries, feet);
+                for (query, foot) in queries.iter().zip(feet).filter(|(query, _)| query.point.z > 0.999) {
+                    // Aside, and facing the same way.
+                    *foot = foot.map(|foot| Foot {
+                        point: foot.point + query.point * DVec3::new(9.0, 9.0, 0.0),
+                        ..foot
+                    });
+                }
+            }
+        }
+        let (points, faces) = sphere(0.9);
+        let truth = Jumping(Felt(Sphere::UNIT));
+        let (metric, report) = measure_metric(&truth, &Similarity::IDENTITY, &points, &faces).unwrap();
+        assert!((f64::from(metric.area()) / (4.0 * PI) - 1.0).abs() < 1e-3, "{metric:?} {report:?}");
+        assert!(report.missed_fraction > 0.0);
     }
 
     /// What a surface knows is believed, if it can be of the same part of it.
