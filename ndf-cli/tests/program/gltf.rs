@@ -42,7 +42,8 @@ fn what_is_no_mesh_of_gltf_is_refused() {
     );
     folder.write(
         "lost.gltf",
-        r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "lost.bin"}]}"#,
+        r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "lost.bin"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 4}]}"#,
     );
     for (name, said) in [
         ("package.json", "no scene of glTF"),

@@ -1,19 +1,19 @@
 //! A document with its buffers, and the numbers in them.
 
-use std::borrow::Cow;
 use std::path::Path;
 
 use super::super::{FileDefect, Signature, text};
+use super::buffers::Buffers;
 use super::json::{Accessor, BufferView, Primitive, Root, Versioned};
-use super::{SPLATS, buffers, container};
+use super::{SPLATS, container};
 
 /// A file of glTF, taken apart: its scene and its numbers. Nothing in it is trusted; what contradicts itself is found where it
 /// is asked for.
 #[derive(Debug)]
 pub struct Document<'a> {
     pub(super) root: Root,
-    buffers: Vec<Cow<'a, [u8]>>,
-    bytes: usize,
+    buffers: Buffers<'a>,
+    pub(super) bytes: usize,
 }
 
 /// Extensions that say nothing of where triangles are, by their beginnings.
@@ -45,16 +45,9 @@ impl<'a> Document<'a> {
         let (json, chunk) = split(bytes)?;
         let root = root(json)?;
         root.extensions_required.iter().try_for_each(|name| check_extension(name))?;
-        let chunk_of = |i: usize| chunk.filter(|_| i == 0);
-        let mut all = Vec::with_capacity(root.buffers.len());
-        for (i, buffer) in root.buffers.iter().enumerate() {
-            all.push(buffers::bytes(buffer, chunk_of(i), folder)?);
-        }
-        if all.is_empty() {
-            all.extend(chunk.map(Cow::Borrowed));
-        }
-        let length = all.iter().map(|buffer| buffer.len()).sum::<usize>() + json.len();
-        Ok(Self { root, buffers: all, bytes: length })
+        let buffers = Buffers::of(&root, chunk, folder)?;
+        let bytes = buffers.len() + json.len();
+        Ok(Self { root, buffers, bytes })
     }
 
     /// The primitives of a mesh; none if there is no such mesh.
@@ -129,6 +122,10 @@ impl<'a> Document<'a> {
             }
         };
         let Some(sparse) = &accessor.sparse else { return Ok(items) };
+        if sparse.count > accessor.count {
+            let (places, all) = (sparse.count, accessor.count);
+            return Err(FileDefect::mismatch(format!("{name} replaces {places} of its {all} items")));
+        }
         let index = Component::of(sparse.indices.component_type, "indices of sparse items")?;
         if !index.is_index() {
             return Err(FileDefect::value("indices of sparse items are not unsigned integers"));
@@ -170,7 +167,7 @@ impl<'a> Document<'a> {
     }
 
     fn view(&self, view: &BufferView) -> Option<&[u8]> {
-        let data = self.buffers.get(view.buffer as usize)?.get(view.byte_offset..)?;
+        let data = self.buffers.get(view.buffer)?.get(view.byte_offset..)?;
         view.byte_length.map_or(Some(data), |length| data.get(..length))
     }
 

@@ -20,7 +20,11 @@ pub(in super::super) fn lines(bytes: &[u8], path: &Path) -> Result<Segments, Fil
     let (mut all_points, mut segments) = Segments::default();
     let mut left = document.max_numbers();
     for placed in document.placed_meshes()? {
-        for primitive in document.primitives(placed.mesh) {
+        let primitives = document.primitives(placed.mesh);
+        left = left
+            .checked_sub(primitives.len().max(1))
+            .ok_or_else(|| document.too_many(primitives.len(), "the list of its parts"))?;
+        for primitive in primitives {
             let Some(&position) = primitive.attributes.get("POSITION").filter(|_| is_of_lines(primitive))
             else {
                 continue;

@@ -89,6 +89,8 @@ impl<'a> Joined<'a> {
 
     fn add_mesh(&mut self, placed: &PlacedMesh) -> Result<(), FileDefect> {
         let primitives = self.document.primitives(placed.mesh);
+        // Many nodes may place a mesh of many parts, which cost time even if there is nothing in them.
+        self.take_numbers(primitives.len(), "the list of its parts")?;
         self.posed +=
             usize::from(placed.has_skin || primitives.iter().any(|primitive| !primitive.targets.is_empty()));
         let manifold = self.document.root.meshes.get(placed.mesh as usize);

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::super::{MeshFile, MeshFormat, ReadNote, VertexScalars, parse_mesh, read_mesh, write_mesh};
-use super::{GlbOptions, NotGlb, container, to_glb};
+use super::{Document, GlbOptions, NotGlb, container, to_glb};
 use crate::{ManifoldMesh, TriangleMesh, ValidationReport, shapes};
 
 fn single(mesh: &TriangleMesh) -> TriangleMesh {
@@ -461,6 +461,55 @@ fn defects_are_named() {
     many["meshes"][0]["primitives"] = vec![json["meshes"][0]["primitives"][0].clone(); 100].into();
     many["nodes"] = vec![json!({ "mesh": 0 }); 20_000].into();
     assert!(refusal(&glb(&many, &buffer)).contains("repeated very often"));
+}
+
+/// What names the same thing over and over is read once, or refused before it costs anything.
+#[test]
+fn repetitions_without_end_are_refused() {
+    let placed = vec![json!({"mesh": 0}); 5000];
+    let nodes: Vec<usize> = (0..placed.len()).collect();
+    for primitive in [json!({"attributes": {}}), json!({"attributes": {}, "mode": 1})] {
+        let json = json!({
+            "asset": {"version": "2.0"},
+            "meshes": [{"primitives": vec![primitive; 5000]}],
+            "nodes": placed,
+            "scenes": [{"nodes": nodes}],
+        });
+        assert!(refusal(&glb(&json, &[])).contains("too many"));
+    }
+
+    let (mut json, buffer) = cube();
+    let folder = std::env::temp_dir().join(format!("ndf-gltf-repeated-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("a.bin"), &buffer).unwrap();
+    // One file under many names, and one that is not there and not needed.
+    let names = ["a.bin", "./a.bin", "././a.bin", "%61.bin"];
+    let mut buffers: Vec<Value> =
+        names.iter().map(|name| json!({"byteLength": buffer.len(), "uri": name})).collect();
+    buffers.push(json!({"byteLength": 10, "uri": "nowhere.bin"}));
+    json["buffers"] = buffers.into();
+    for (k, view) in json["bufferViews"].as_array_mut().unwrap().iter_mut().enumerate() {
+        view["buffer"] = (k % names.len()).into();
+    }
+    let text = json.to_string();
+    let document = Document::parse(text.as_bytes(), &folder).unwrap();
+    assert_eq!(document.bytes - text.len(), buffer.len());
+    let found = parse_mesh(text.as_bytes(), &folder.join("a.gltf")).unwrap();
+    assert!(is_closed(&found.mesh));
+    std::fs::remove_dir_all(&folder).unwrap();
+
+    let accessor =
+        json["accessors"].as_array_mut().unwrap().iter_mut().find(|a| a["type"] == "VEC3").unwrap();
+    accessor["sparse"] = json!({
+        "count": 1_000_000,
+        "indices": {"bufferView": 0, "componentType": 5121},
+        "values": {"bufferView": 0},
+    });
+    json["buffers"] = json!([{"byteLength": buffer.len()}]);
+    for view in json["bufferViews"].as_array_mut().unwrap() {
+        view["buffer"] = 0.into();
+    }
+    assert!(refusal(&glb(&json, &buffer)).contains("replaces 1000000 of its"));
 }
 
 #[test]
