@@ -1,7 +1,11 @@
 //! What geodesics and spectra are computed on: a mesh, the mesh of a model, or that of a model which is fitted first.
 
+use std::path::Path;
+
 use ndf::files::NoMesh;
-use ndf::{Fit, Kind, NoTriangulation, Triangulated};
+use ndf::{
+    DistanceError, FieldError, Fit, Kind, LengthFactors, NoTriangulation, SurfaceFieldError, Triangulated,
+};
 use serde_json::{Value, json};
 
 use crate::arguments::TriangulationArguments;
@@ -91,7 +95,52 @@ fn fitted_first(
     Ok((surface, Some(figures)))
 }
 
+/// Why there are no distances on an input.
+pub fn no_distances(input: &Path, error: DistanceError) -> Failure {
+    let name = input.display();
+    match error {
+        DistanceError::NoVertex { vertex, vertices } => {
+            let failure = Failure::new(format!("{name} has no vertex {vertex}"));
+            failure.try_instead(&format!("its vertices are 0 to {}", vertices - 1))
+        }
+        DistanceError::NotManifold(_) => {
+            let failure = Failure::new(format!("{name} is {error}, over which no distances are defined"));
+            failure.try_instead(MESHED)
+        }
+        DistanceError::NoPoint(_) => error.into(),
+        error => Failure::new(format!("{name}: {error}")),
+    }
+}
+
+/// Why there is no field on an input.
+pub fn no_field(input: &Path, error: SurfaceFieldError) -> Failure {
+    let name = input.display();
+    match error {
+        SurfaceFieldError::Place(error) => no_distances(input, error),
+        SurfaceFieldError::NotManifold(_) => Failure::new(format!("{name} is {error}")).try_instead(MESHED),
+        SurfaceFieldError::Field(FieldError::Cancelled(cancelled)) => Failure::new(cancelled.to_string()),
+        SurfaceFieldError::Field(error) => Failure::new(format!("{name}: {error}")),
+        error => Failure::new(format!("{name}: {error}")),
+    }
+}
+
+/// What helps where a mesh is no manifold.
+const MESHED: &str = "`ndf mesh` makes a manifold around what it encloses";
+
 impl Found {
+    /// Tells by what lengths were multiplied, where the model has a metric: `factor` is the one of them that counted.
+    pub fn tell_metric(
+        &self,
+        factor: impl Fn(LengthFactors) -> f64,
+        json: &mut Value,
+        rows: &mut Vec<(&str, String)>,
+    ) {
+        if let Some(factors) = self.surface.factors {
+            json["metric"] = json!(factors);
+            rows.push(("metric", format!("lengths times {:.5}", factor(factors))));
+        }
+    }
+
     /// Tells of what was made to compute on.
     pub fn tell(&self, arguments: &TriangulationArguments, json: &mut Value, rows: &mut Vec<(&str, String)>) {
         if let Some(fitted) = &self.fitted {

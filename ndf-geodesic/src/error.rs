@@ -45,6 +45,9 @@ pub enum GeodesicError {
         /// Where it led.
         point: SurfacePoint,
     },
+    /// A direction is not finite.
+    #[error("{0:?} is no direction")]
+    Direction([f64; 2]),
     /// The time step of the heat method is not a positive number.
     #[cfg(feature = "heat")]
     #[error("the time step must be a positive number, not {0}")]

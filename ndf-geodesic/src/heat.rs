@@ -107,19 +107,8 @@ impl HeatSolver {
         let components = operator.components().clone();
         // Scaled by 1/t, which changes no direction of a gradient.
         let heat = operator.laplacian().plus(step.recip(), operator.mass());
-        // A right-hand side sums to zero over a component: pulling one vertex of it towards 0 holds that
-        // vertex at exactly 0 and changes nothing else, but makes the matrix definite.
-        let mut poisson = operator.laplacian().clone();
-        let mut pulled = vec![false; components.count()];
-        for (v, &component) in components.labels().iter().enumerate() {
-            if !std::mem::replace(&mut pulled[component as usize], true)
-                && let Some(diagonal) = poisson.get_mut(v, v)
-            {
-                *diagonal += diagonal.max(1.0);
-            }
-        }
         let symbolic = SymbolicCholesky::new(&heat)?;
-        let (heat, poisson) = (symbolic.cholesky(&heat)?, symbolic.cholesky(&poisson)?);
+        let (heat, poisson) = (symbolic.cholesky(&heat)?, symbolic.cholesky(&operator.grounded())?);
         Ok(Self { given, mesh, time: step, heat, poisson, components })
     }
 

@@ -3,6 +3,7 @@
 //! - [`exact_distances`]: exact polyhedral distances from any number of points, by windows (Mitchell, Mount
 //!   and Papadimitriou 1987) that cross faces in whole lists (Qin et al. 2016); distances at any point and
 //!   shortest paths back from the windows, when they are kept.
+//! - [`straightest_geodesic`]: the other way around, from a point in a direction (Polthier and Schmies 1998).
 //! - `HeatSolver`, with the feature `heat`: smooth approximate distances, many sources for one factorisation
 //!   (Crane, Weischedel and Wardetzky 2013). The page of the module `heat` says when to use which.
 //!
@@ -40,6 +41,7 @@ mod propagation;
 mod pseudo_sources;
 mod queries;
 mod sources;
+mod straightest;
 mod unfolding;
 mod windows;
 
@@ -49,3 +51,4 @@ pub use exact::{ExactOptions, Geodesics, exact_distances};
 pub use heat::{HeatDistances, HeatSolver};
 pub use paths::Path;
 pub use propagation::ExactReport;
+pub use straightest::{StraightestGeodesic, straightest_geodesic};

@@ -178,8 +178,14 @@ pub(crate) fn violating(mesh: &IntrinsicMesh) -> EdgeQueue {
 impl IntrinsicMesh {
     /// Flips edges until the mesh is Delaunay. About O(n) on meshes met in practice, O(n²) at worst.
     pub fn flip_to_delaunay(&mut self) -> DelaunayReport {
+        self.flip_to_delaunay_watched(|_, _| {})
+    }
+
+    /// The same, and tells `flipped` of every edge after its flip: what is kept with half-edges can follow
+    /// ([`Topology::flip`](ndf_mesh::Topology::flip) says to which slots they move).
+    pub fn flip_to_delaunay_watched(&mut self, flipped: impl FnMut(&Self, Edge)) -> DelaunayReport {
         let mut queue = violating(self);
-        flip_to_delaunay(self, &mut queue, |_, _| {})
+        flip_to_delaunay(self, &mut queue, flipped)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Sparse matrices by rows, and how they become those of other crates.
 
+use crate::assembly;
 use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
 
 /// A sparse matrix in compressed rows (CSR). The columns of a row ascend and none occurs twice.
@@ -71,6 +72,15 @@ impl CsrMatrix {
             }
         }
         Ok(Self { column_count, offsets, columns, values })
+    }
+
+    /// The symmetric matrix of a diagonal and couplings (i, j, x), each of which adds x to the entries (i, j) and (j, i), and twice to a
+    /// diagonal entry. O(rows + couplings).
+    ///
+    /// # Panics
+    /// If a row or a column is outside of the matrix.
+    pub fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = (u32, u32, f64)> + Clone) -> Self {
+        assembly::symmetric(diagonal, couplings)
     }
 
     /// Number of rows.

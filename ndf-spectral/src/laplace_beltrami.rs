@@ -136,6 +136,21 @@ impl LaplaceBeltrami {
         u.iter_mut().zip(self.components.labels()).for_each(|(u, &c)| *u -= means[c as usize]);
     }
 
+    /// The stiffness matrix with one vertex of every component pulled towards 0, which makes it definite. A right-hand side that sums
+    /// to zero over a component gives that vertex the value 0 exactly, and the function is otherwise a solution of `L u = b`.
+    pub fn grounded(&self) -> CsrMatrix {
+        let mut matrix = self.laplacian.clone();
+        let mut pulled = vec![false; self.components.count()];
+        for (v, &component) in self.components.labels().iter().enumerate() {
+            if !std::mem::replace(&mut pulled[component as usize], true)
+                && let Some(diagonal) = matrix.get_mut(v, v)
+            {
+                *diagonal += diagonal.max(1.0);
+            }
+        }
+        matrix
+    }
+
     /// Total area.
     pub fn area(&self) -> f64 {
         self.components.areas().iter().sum()

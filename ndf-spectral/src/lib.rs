@@ -5,7 +5,7 @@
 //! [`modes`] solves L φ = λ M φ for the smallest eigenvalues by shift-invert block Lanczos with thick restart
 //! over a supernodal Cholesky factor, and checks that none is missing. [`Modes`] gives heat and wave kernel
 //! signatures, spectral distances and filters; [`ScreenedPoisson`] solves Poisson and heat equations with the
-//! factorisation that modes use.
+//! factorisation that modes use. [`HeatFlow`] follows heat through time, with insulated boundaries or values that are held.
 //!
 //! ```
 //! use ndf_core::NoProgress;
@@ -36,6 +36,7 @@ mod distances;
 mod error;
 mod factorisation;
 mod filtering;
+mod heat_flow;
 mod krylov;
 mod laplace_beltrami;
 mod laplacian;
@@ -56,6 +57,7 @@ pub use csr::{CsrError, CsrMatrix};
 pub use distances::SpectralDistance;
 pub use error::SpectralError;
 pub use factorisation::{Cholesky, SymbolicCholesky};
+pub use heat_flow::HeatFlow;
 pub use laplace_beltrami::{LaplaceBeltrami, OperatorOptions};
 pub use mass::Mass;
 pub use modes::{ModeOptions, Modes, modes};

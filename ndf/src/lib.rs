@@ -21,7 +21,7 @@
 //! - **Learning**: [`Fit`], with the [defaults of every kind](presets).
 //! - **Models**: [`ModelExt`] extracts meshes; [`store_scalars_on_levels`] and [`store_scalars`] keep
 //!   scalars on them.
-//! - **Analysis**: [`Triangulated`] has distances, paths and eigenmodes of a mesh or a model; [`evaluate`] has how far they
+//! - **Analysis**: [`Triangulated`] has distances, paths, eigenmodes, tangent fields and heat of a mesh or a model; [`evaluate`] has how far they
 //!   are from those of another mesh.
 //!
 //! What was left out, changed or is doubtful is a [`Note`]. Nothing is printed. Long work takes a [`Progress`] and can
@@ -60,11 +60,13 @@ pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};
 pub use presets::Preset;
 pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
-    DistanceError, DistanceMethod, DistanceOptions, DistanceSolver, Distances, HeatReport, NoTriangulation,
-    Place, SurfacePath, Triangles, Triangulated,
+    Alignment, Directions, DistanceError, DistanceMethod, DistanceOptions, DistanceSolver, Distances, Heat,
+    HeatOptions, HeatReport, InitialHeat, LogMap, NoTriangulation, Place, Singularity, SurfaceFieldError,
+    SurfaceFields, SurfacePath, Triangles, Triangulated,
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
+pub use ndf_fields::{DirectionField, FieldError};
 pub use ndf_formats::point_cloud::CloudOptions;
 pub use ndf_geodesic::GeodesicError;
 pub use ndf_intrinsic::{ExtractionError, ExtractionReport};

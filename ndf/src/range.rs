@@ -18,7 +18,10 @@ pub struct OutOfRange {
 }
 
 /// Refuses points of which lengths and their squares cannot be computed.
-pub(crate) fn check_range(points: &[DVec3]) -> Result<(), OutOfRange> {
+///
+/// # Errors
+/// If a coordinate is beyond 1e75, or all points lie within 1e-75.
+pub fn check_range(points: &[DVec3]) -> Result<(), OutOfRange> {
     let bounds = BoundingBox::of_points(points);
     let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let extent = (bounds.extent() / farthest.max(f64::MIN_POSITIVE)).length() * farthest;

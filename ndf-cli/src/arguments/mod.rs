@@ -4,12 +4,16 @@ mod edge_length;
 mod numbers;
 mod parts;
 mod reading;
+mod sources;
 mod training;
 mod triangulation;
+mod up;
 
 pub use edge_length::EdgeLength;
-pub use numbers::{bits, length, point, seconds, share};
+pub use numbers::{angle, bits, length, point, seconds, share};
 pub use parts::PartArguments;
 pub use reading::Reading;
+pub use sources::Sources;
 pub use training::{PresetName, Training};
 pub use triangulation::TriangulationArguments;
+pub use up::UpArgument;

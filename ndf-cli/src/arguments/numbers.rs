@@ -11,6 +11,11 @@ pub fn length(text: &str) -> Result<f64, String> {
     if x.is_finite() && x > 0.0 { Ok(x) } else { Err("a positive number is expected".to_owned()) }
 }
 
+/// An angle in degrees.
+pub fn angle(text: &str) -> Result<f64, String> {
+    finite(text)
+}
+
 /// A number of bits of features.
 pub fn bits(text: &str) -> Result<u32, String> {
     let allowed = Precision::BITS;

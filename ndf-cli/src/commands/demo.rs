@@ -19,7 +19,7 @@ use serde_json::json;
 
 use super::fit::rounds;
 use super::sample::Shape;
-use crate::arguments::{PartArguments, Reading, Training};
+use crate::arguments::{PartArguments, Reading, Training, UpArgument};
 use crate::context::Context;
 use crate::drawn::usual_up;
 use crate::files::open;
@@ -56,15 +56,8 @@ pub struct Arguments {
     /// Faces of the base mesh [default: 4000, or as many as suit --size or --error].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
     base_faces: Option<u32>,
-    /// The direction that points up in the pictures [default: as `ndf render` has it].
-    #[arg(
-        long,
-        value_enum,
-        allow_hyphen_values = true,
-        hide_possible_values = true,
-        value_name = "x|y|z|-x|-y|-z"
-    )]
-    up: Option<Up>,
+    #[command(flatten)]
+    up: UpArgument,
     #[command(flatten)]
     training: Training,
 }
@@ -111,7 +104,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let before = Instant::now();
     let surface = fitted.model.extract_with(EdgeLength::Relative(EDGE_LENGTH), &context.progress())?.mesh;
     let seconds_extracting = before.elapsed().as_secs_f64();
-    let stage = Stage::compared(&opened, &fitted, &surface, arguments.up, context)?;
+    let stage = Stage::compared(&opened, &fitted, &surface, arguments.up.up, context)?;
     context.write_mesh(&folder.join("surface.ply"), &surface, std::slice::from_ref(&stage.field_error))?;
 
     context.write_mesh(&folder.join("base.ply"), &fitted.base, std::slice::from_ref(&stage.base_error))?;

@@ -5,20 +5,20 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use ndf::{
-    DVec3, DistanceError, DistanceMethod, DistanceOptions, Distances, GeodesicError, Place, SurfacePath,
-    TriangleMesh,
+    DVec3, DistanceMethod, DistanceOptions, Distances, GeodesicError, Place, SurfacePath, TriangleMesh,
 };
 use ndf_mesh::FacePoint;
 use ndf_mesh::io::{Lines, MeshFormat, format_of_lines, format_to_write};
 use serde_json::{Value, json};
 
-use crate::arguments::{TriangulationArguments, length, point};
+use crate::arguments::{Sources, TriangulationArguments, length, point};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
-use crate::triangulation::read_triangulation;
+use crate::triangulation::{no_distances, read_triangulation};
 
 /// Arguments of `ndf geodesic`.
 #[derive(Args, Debug)]
+#[command(group(Sources::required()))]
 pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
@@ -52,26 +52,23 @@ impl Arguments {
     }
 }
 
-/// Where distances are measured from; the nearest of all counts.
-#[derive(Args, Debug)]
-#[group(required = true, multiple = true)]
-struct Sources {
-    /// Source: the surface's point closest to this one; may be given several times.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
-    source: Vec<DVec3>,
-    /// Source: the vertex of the mesh file with this number, counted from 0; may be given several times.
-    #[arg(long, value_name = "I")]
-    source_vertex: Vec<u32>,
-}
-
 /// Ways to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Method {
+pub enum Method {
     /// Exact distances on the triangles.
     #[default]
     Exact,
     /// The heat method: smooth, about one per cent off on fine, even meshes.
     Heat,
+}
+
+impl From<Method> for DistanceMethod {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Exact => Self::Exact,
+            Method::Heat => Self::Heat,
+        }
+    }
 }
 
 /// Measures distances over a surface.
@@ -85,38 +82,21 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     let name = arguments.triangulation.input.display();
     context.expect(&["extraction", "geodesic distances"]);
-    let Sources { source, source_vertex } = &arguments.sources;
-    let counted_vertices = (!source_vertex.is_empty())
-        .then_some("--source-vertex counts the vertices of a mesh; say where with --source X,Y,Z");
-    let read = read_triangulation(&arguments.triangulation, counted_vertices, context)?;
+    let read = read_triangulation(&arguments.triangulation, arguments.sources.only_of_meshes(), context)?;
     let found = &read.surface;
     let mesh = found.mesh();
     let started = Instant::now();
     let vertices = mesh.vertex_count();
-    let mut sources: Vec<Place> = source_vertex.iter().map(|&v| Place::Vertex(v.into())).collect();
-    sources.extend(source.iter().copied().map(Place::Near));
-    let method = match arguments.method {
-        Method::Exact => DistanceMethod::Exact,
-        Method::Heat => DistanceMethod::Heat,
-    };
+    let sources = arguments.sources.places();
     let options = DistanceOptions {
-        method,
+        method: arguments.method.into(),
         time_step: arguments.time_step,
         paths_to: arguments.path_to.iter().copied().map(Place::Near).collect(),
     };
     let progress = context.progress();
-    let distances = found.distances(&sources, &options, &progress).map_err(|error| match error {
-        DistanceError::NoVertex { vertex, vertices } => {
-            let failure = Failure::new(format!("{name} has no vertex {vertex}"));
-            failure.try_instead(&format!("its vertices are 0 to {}", vertices - 1))
-        }
-        DistanceError::NotManifold(_) => {
-            let failure = Failure::new(format!("{name} is {error}, over which no distances are defined"));
-            failure.try_instead("`ndf mesh` makes a manifold around what it encloses")
-        }
-        DistanceError::NoPoint(_) => error.into(),
-        error => Failure::new(format!("{name}: {error}")),
-    })?;
+    let distances = found
+        .distances(&sources, &options, &progress)
+        .map_err(|error| no_distances(&arguments.triangulation.input, error))?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     context.write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
@@ -139,10 +119,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("unreached", grouped(unreached)),
         ("time", format!("{seconds:.3} s")),
     ];
-    if let Some(factors) = found.factors {
-        json["metric"] = json!(factors);
-        rows.push(("metric", format!("lengths times {:.5}", factors.distances)));
-    }
+    read.tell_metric(|factors| factors.distances, &mut json, &mut rows);
     if let Some(heat) = heat {
         json["heat"] = json!(heat);
         rows.push(("time step", format!("{} squared mean edge lengths", heat.time_step)));

@@ -3,16 +3,21 @@
 pub mod batch;
 pub mod convert;
 pub mod demo;
+pub mod directions;
 pub mod extract;
 pub mod fit;
 pub mod geodesic;
+pub mod heat;
 pub mod info;
+pub mod logmap;
 pub mod measure;
 pub mod mesh;
 pub mod render;
 pub mod sample;
 pub mod scalars;
 pub mod spectrum;
+pub mod stripes;
+pub mod transport;
 pub mod view;
 
 use clap::Subcommand;
@@ -34,10 +39,16 @@ pub enum Command {
     Fit(fit::Arguments),
     /// Extract a mesh from a model at any edge length
     Extract(extract::Arguments),
+    /// Compute a smooth field of vectors, lines or crosses
+    Directions(directions::Arguments),
     /// Compute geodesic distances and shortest paths
     Geodesic(geodesic::Arguments),
+    /// Let heat flow over a surface
+    Heat(heat::Arguments),
     /// Describe a file: counts, topology, defects
     Info(info::Arguments),
+    /// Compute how to get from a vertex to all others: the logarithmic map
+    Logmap(logmap::Arguments),
     /// Mesh a surface directly, without learning
     Mesh(mesh::Arguments),
     /// Measure the distance between a mesh and a reference, in both directions
@@ -49,6 +60,10 @@ pub enum Command {
     Scalars(scalars::Arguments),
     /// Compute the smallest eigenvalues and eigenfunctions of the Laplacian
     Spectrum(spectrum::Arguments),
+    /// Compute evenly spaced stripes
+    Stripes(stripes::Arguments),
+    /// Carry a tangent vector from a vertex to all others
+    Transport(transport::Arguments),
     /// Write a built-in shape
     Sample(sample::Arguments),
     /// Write a page that shows a model or a mesh in the browser, and computes on it there
@@ -78,14 +93,19 @@ impl Command {
             Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),
+            Self::Directions(arguments) => directions::run(arguments, context),
             Self::Geodesic(arguments) => geodesic::run(arguments, context),
+            Self::Heat(arguments) => heat::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
+            Self::Logmap(arguments) => logmap::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Measure(arguments) => measure::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Scalars(arguments) => scalars::run(arguments, context),
             Self::Spectrum(arguments) => spectrum::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
+            Self::Stripes(arguments) => stripes::run(arguments, context),
+            Self::Transport(arguments) => transport::run(arguments, context),
             Self::View(arguments) => view::run(arguments, context),
         }
     }

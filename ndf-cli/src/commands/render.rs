@@ -9,13 +9,13 @@ use ndf_mesh::io::{Lines, atomic_write, read_lines};
 use ndf_mesh::repair::finite_part;
 use serde_json::json;
 
-use crate::arguments::{EdgeLength, Reading};
+use crate::arguments::{EdgeLength, Reading, UpArgument};
 use crate::context::Context;
 use crate::drawn::{Drawn, read_drawn};
 use crate::output::{Failure, Outcome, check_output, grouped, readable};
 use crate::render::{
-    Camera, ColourMap, Scene, Style, Up, View, exr_bytes, png_bytes, render, strip_width, upright,
-    with_legend, with_tubes,
+    Camera, ColourMap, Scene, Style, View, exr_bytes, png_bytes, render, strip_width, upright, with_legend,
+    with_tubes,
 };
 
 /// Radius of drawn lines, as a share of the shorter side of the picture, and in pixels at least.
@@ -48,16 +48,8 @@ pub struct Arguments {
     /// Viewing direction in degrees: azimuth around the up axis, and elevation.
     #[arg(long, value_name = "YAW,PITCH", default_value = "30,20", allow_hyphen_values = true, value_parser = angles)]
     view: (f64, f64),
-    /// The direction that points up [default: z for STL, surveys (LAS, E57, PTS, PTX), NeRF and splats and y for the rest, but
-    /// the other of both where the shape stands on that one only].
-    #[arg(
-        long,
-        value_enum,
-        allow_hyphen_values = true,
-        hide_possible_values = true,
-        value_name = "x|y|z|-x|-y|-z"
-    )]
-    up: Option<Up>,
+    #[command(flatten)]
+    up: UpArgument,
     /// Size of the picture in pixels.
     #[arg(long, value_name = "W,H", default_value = "1200,900", value_parser = size)]
     size: (usize, usize),
@@ -108,8 +100,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         two_sided: drawn.two_sided,
         ..Style::default()
     };
-    let up = arguments.up.unwrap_or_else(|| upright(&drawn.mesh, drawn.usual_up));
-    let why = match arguments.up {
+    let up = arguments.up.up.unwrap_or_else(|| upright(&drawn.mesh, drawn.usual_up));
+    let why = match arguments.up.up {
         Some(_) => "",
         None if up == drawn.usual_up => " as usual (--up)",
         None => ", on which it stands (--up)",

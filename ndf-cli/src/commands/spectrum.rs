@@ -82,10 +82,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("largest residual", readable(found.max_residual())),
         ("time", format!("{seconds:.2} s")),
     ];
-    if let Some(factors) = triangulated.factors {
-        json["metric"] = json!(factors);
-        rows.push(("metric", format!("lengths times {:.5}", factors.operators)));
-    }
+    found_on.tell_metric(|factors| factors.operators, &mut json, &mut rows);
     found_on.tell(&arguments.triangulation, &mut json, &mut rows);
     if !found.verified {
         context.warn(&format!(

@@ -6,11 +6,11 @@ use std::process::{Command, Stdio};
 
 use clap::Args;
 use ndf::{DVec3, ModelExt, begins_as_model};
-use ndf_mesh::io::{Positions, Rounding, VertexScalars, atomic_write, format_to_write, to_ply};
+use ndf_mesh::io::{Positions, VertexScalars, atomic_write, format_to_write, to_ply};
 use ndf_viewer::Input;
 use serde_json::json;
 
-use crate::arguments::{EdgeLength, Reading, point};
+use crate::arguments::{EdgeLength, Reading, Sources, UpArgument, point};
 use crate::context::Context;
 use crate::drawn::read_drawn;
 use crate::files::read_model;
@@ -34,19 +34,15 @@ pub struct Arguments {
     /// Show exact distances at the beginning, from the vertex closest to this point.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "scalar")]
     source: Option<DVec3>,
+    /// The same, from the vertex of the mesh file with this number, counted from 0.
+    #[arg(long, value_name = "I", conflicts_with_all = ["scalar", "source"])]
+    source_vertex: Option<u32>,
     #[command(flatten)]
     edge_length: EdgeLength,
     #[command(flatten)]
     reading: Reading,
-    /// The direction that points up [default: as `ndf render` has it].
-    #[arg(
-        long,
-        value_enum,
-        allow_hyphen_values = true,
-        hide_possible_values = true,
-        value_name = "x|y|z|-x|-y|-z"
-    )]
-    up: Option<Up>,
+    #[command(flatten)]
+    up: UpArgument,
 }
 
 /// What a page is made of.
@@ -55,6 +51,8 @@ struct Shown {
     /// A model, or a mesh as PLY.
     bytes: Vec<u8>,
     scalars: Vec<String>,
+    /// Where distances are shown from at the beginning.
+    source: Option<DVec3>,
     up: Up,
     edge_length: Option<f64>,
 }
@@ -84,9 +82,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let name = input.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let page = Input {
         scalar: arguments.scalar.as_deref(),
-        source: arguments.source.map(|place| place.to_array()),
+        source: shown.source.map(|place| place.to_array()),
         edge_length: shown.edge_length,
-        up: Some(arguments.up.unwrap_or(shown.up).name()),
+        up: Some(arguments.up.up.unwrap_or(shown.up).name()),
         ..Input::new(&name, &shown.bytes)
     }
     .to_html();
@@ -113,6 +111,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 impl Shown {
     fn of_model(arguments: &Arguments) -> Result<Self, Failure> {
         let path = &arguments.input;
+        if arguments.source_vertex.is_some() {
+            return Err(Failure::new(format!("{} is a model, and {}", path.display(), Sources::VERTICES)));
+        }
         let model = read_model(path)?;
         let bytes =
             fs::read(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
@@ -121,6 +122,7 @@ impl Shown {
             what: "model",
             bytes,
             scalars: channels.map(|channel| channel.name.clone()).collect(),
+            source: arguments.source,
             up: upright(&model.base_in_world(), Up::Y),
             edge_length: arguments.edge_length.get().map(|length| length.world(&model)),
         })
@@ -129,13 +131,28 @@ impl Shown {
     /// What is drawn of anything else, with every vertex where it is.
     fn of_drawn(arguments: &Arguments, context: &Context) -> Result<Self, Failure> {
         let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
-        let is_single = Rounding::to_single(drawn.mesh.positions()).moved == 0.0;
-        let positions = if is_single { Positions::Suited } else { Positions::Double };
         let names = drawn.scalars.iter().map(|VertexScalars { name, .. }| name.clone()).collect();
+        let name = arguments.input.display();
+        let source = match arguments.source_vertex {
+            None => arguments.source,
+            Some(_) if drawn.what != "mesh" => {
+                return Err(Failure::new(format!("{name} is no mesh, and {}", Sources::VERTICES)));
+            }
+            Some(vertex) => {
+                let positions = drawn.mesh.positions();
+                let missing = || {
+                    let last = positions.len().saturating_sub(1);
+                    let failure = Failure::new(format!("{name} has no vertex {vertex}"));
+                    failure.try_instead(&format!("its vertices are 0 to {last}"))
+                };
+                Some(*positions.get(vertex as usize).ok_or_else(missing)?)
+            }
+        };
         Ok(Self {
             what: drawn.what,
-            bytes: to_ply(&drawn.mesh, &drawn.scalars, positions)?,
+            bytes: to_ply(&drawn.mesh, &drawn.scalars, Positions::Exact)?,
             scalars: names,
+            source,
             up: upright(&drawn.mesh, drawn.usual_up),
             edge_length: None,
         })

@@ -18,9 +18,26 @@ const PARTS: [&str; 9] =
     ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 14] = [
-    "batch", "convert", "demo", "extract", "fit", "geodesic", "info", "measure", "mesh", "render", "sample",
-    "scalars", "spectrum", "view",
+const COMMANDS: [&str; 19] = [
+    "batch",
+    "convert",
+    "demo",
+    "directions",
+    "extract",
+    "fit",
+    "geodesic",
+    "heat",
+    "info",
+    "logmap",
+    "measure",
+    "mesh",
+    "render",
+    "sample",
+    "scalars",
+    "spectrum",
+    "stripes",
+    "transport",
+    "view",
 ];
 
 /// Whether the object that a command printed is as the schema says.

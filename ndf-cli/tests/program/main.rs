@@ -16,6 +16,7 @@ mod parts;
 mod paths;
 mod progress;
 mod scalars;
+mod tangent;
 mod view;
 
 use std::path::{Path, PathBuf};

@@ -63,6 +63,11 @@ fn a_mesh_keeps_its_vertices_and_scalars() {
     assert_eq!((&written["shows"], &written["scalars"]), (&"mesh".into(), &serde_json::json!(["distance"])));
     let (read, bytes) = input(&page(&folder, "a.html"));
     assert_eq!(read["source"], serde_json::json!([0.0, 0.0, 0.0]));
+    let vertex = |number: &str| ndf(&folder.0, &["view", "a.ply", "-o", "v.html", "--source-vertex", number]);
+    assert_eq!(vertex("1").code, 0);
+    let (read, _) = input(&page(&folder, "v.html"));
+    assert!(read["source"].as_array().is_some_and(|place| place.len() == 3));
+    assert!(vertex("99999").sentence().contains("its vertices are 0 to"));
     std::fs::write(folder.0.join("inside.ply"), bytes).unwrap();
     let [before, inside] =
         ["a.ply", "inside.ply"].map(|name| ndf_mesh::io::read_mesh(folder.0.join(name)).unwrap());

@@ -80,7 +80,7 @@ pub fn read_lines(path: impl AsRef<Path>) -> Result<Lines, ReadError> {
 pub fn write_lines(path: impl AsRef<Path>, lines: &Lines, positions: Positions) -> Result<(), WriteError> {
     let path = path.as_ref();
     let format = format_of_lines(path)?;
-    let is_double = positions == Positions::Double || Rounding::to_single(&lines.points).is_coarse();
+    let is_double = positions.is_double(Rounding::to_single(&lines.points));
     let written = atomic_write(path, |out| match format {
         MeshFormat::Obj => obj::write_lines(out, &lines.points, &lines.segments),
         MeshFormat::Glb => gltf::write_lines(out, &lines.points, &lines.segments),

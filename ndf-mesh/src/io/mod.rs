@@ -76,13 +76,18 @@ pub struct VertexScalars {
 }
 
 impl VertexScalars {
+    /// A tuple for every vertex as a property for each of its numbers.
+    pub fn of_tuples<const N: usize>(names: [&str; N], tuples: &[[f64; N]]) -> Vec<Self> {
+        let column = |(k, name): (usize, &str)| Self {
+            name: name.to_owned(),
+            values: tuples.iter().map(|tuple| tuple[k] as f32).collect(),
+        };
+        names.into_iter().enumerate().map(column).collect()
+    }
+
     /// Normals as three properties, `nx`, `ny` and `nz`.
     fn of_normals(normals: &[[f64; 3]]) -> Vec<Self> {
-        let axis = |(axis, name): (usize, &str)| Self {
-            name: name.to_owned(),
-            values: normals.iter().map(|n| n[axis] as f32).collect(),
-        };
-        ["nx", "ny", "nz"].into_iter().enumerate().map(axis).collect()
+        Self::of_tuples(["nx", "ny", "nz"], normals)
     }
 }
 

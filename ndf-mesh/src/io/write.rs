@@ -79,8 +79,21 @@ pub enum Positions {
     /// as georeferenced coordinates are.
     #[default]
     Suited,
+    /// In single precision only where that moves no vertex at all.
+    Exact,
     /// In double precision.
     Double,
+}
+
+impl Positions {
+    /// Whether points whose single precision rounds so much are stored in double.
+    pub(super) fn is_double(self, rounding: Rounding) -> bool {
+        match self {
+            Self::Suited => rounding.is_coarse(),
+            Self::Exact => rounding.moved > 0.0,
+            Self::Double => true,
+        }
+    }
 }
 
 /// Writes a mesh in the format its extension names, with positions as suits them: see [`write_mesh_with`].
@@ -121,7 +134,7 @@ pub fn write_mesh_with(
         return Ok(layout.rounding());
     }
     let rounding = Rounding::to_single(mesh.positions());
-    let is_double = positions == Positions::Double || rounding.is_coarse();
+    let is_double = positions.is_double(rounding);
     written(atomic_write(path, |out| match format {
         MeshFormat::Ply => ply::write(out, mesh, scalars, is_double),
         MeshFormat::Stl => stl::write(out, mesh),
@@ -144,7 +157,7 @@ pub fn to_ply(
     positions: Positions,
 ) -> Result<Vec<u8>, WriteError> {
     check_scalars(mesh, scalars)?;
-    let is_double = positions == Positions::Double || Rounding::to_single(mesh.positions()).is_coarse();
+    let is_double = positions.is_double(Rounding::to_single(mesh.positions()));
     let mut bytes = Vec::new();
     ply::write(&mut bytes, mesh, scalars, is_double).expect("memory takes all that is written");
     Ok(bytes)

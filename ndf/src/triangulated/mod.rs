@@ -4,6 +4,7 @@
 //! unusable left out. What is found is told at the vertices of the file, which keep their numbers.
 
 mod distances;
+mod fields;
 mod solver;
 
 use std::path::Path;
@@ -24,6 +25,10 @@ use crate::{EdgeLength, ModelExt, Note};
 
 pub use distances::{
     DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, SurfacePath,
+};
+pub use fields::{
+    Alignment, Directions, Heat, HeatOptions, InitialHeat, LogMap, Singularity, SurfaceFieldError,
+    SurfaceFields,
 };
 pub use solver::DistanceSolver;
 

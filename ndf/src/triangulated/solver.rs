@@ -265,7 +265,7 @@ impl<'a> DistanceSolver<'a> {
 }
 
 /// What distances on a surface are computed on.
-fn working<'a>(
+pub(super) fn working<'a>(
     surface: &'a Triangulated,
     cover: Option<&'a (ManifoldMesh, Origins)>,
     tree: &'a OnceLock<TriangleTree>,
@@ -284,7 +284,7 @@ fn working<'a>(
 }
 
 /// What distances are computed on.
-struct Working<'a> {
+pub(super) struct Working<'a> {
     mesh: &'a ManifoldMesh,
     /// Made when a place is to be found on it.
     tree: &'a OnceLock<TriangleTree>,
@@ -296,7 +296,11 @@ struct Working<'a> {
 
 impl Working<'_> {
     /// The points of the working mesh that a place means.
-    fn points(&self, place: Place, notes: &mut Vec<Note>) -> Result<Vec<SurfacePoint>, DistanceError> {
+    pub(super) fn points(
+        &self,
+        place: Place,
+        notes: &mut Vec<Note>,
+    ) -> Result<Vec<SurfacePoint>, DistanceError> {
         let file = self.original.map_or(&**self.mesh, |(mesh, _)| mesh);
         match (place, self.original) {
             (Place::Vertex(vertex), _) if vertex.index() >= file.vertex_count() => {

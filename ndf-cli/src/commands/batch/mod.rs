@@ -38,6 +38,16 @@ pub enum Arguments {
     Geodesic(arguments::Arguments),
     /// Compute eigenvalues and eigenfunctions of every input
     Spectrum(arguments::Arguments),
+    /// Compute a direction field on every input
+    Directions(arguments::Arguments),
+    /// Compute stripes on every input
+    Stripes(arguments::Arguments),
+    /// Carry a tangent vector over every input
+    Transport(arguments::Arguments),
+    /// Compute the logarithmic map of every input
+    Logmap(arguments::Arguments),
+    /// Let heat flow over every input
+    Heat(arguments::Arguments),
     /// Write every model in another form
     Convert(arguments::Arguments),
     /// Render a picture of every input
@@ -71,6 +81,11 @@ impl Arguments {
             Self::Mesh(arguments) => Part::Work(&recipe::MESH, arguments),
             Self::Geodesic(arguments) => Part::Work(&recipe::GEODESIC, arguments),
             Self::Spectrum(arguments) => Part::Work(&recipe::SPECTRUM, arguments),
+            Self::Directions(arguments) => Part::Work(&recipe::DIRECTIONS, arguments),
+            Self::Stripes(arguments) => Part::Work(&recipe::STRIPES, arguments),
+            Self::Transport(arguments) => Part::Work(&recipe::TRANSPORT, arguments),
+            Self::Logmap(arguments) => Part::Work(&recipe::LOGMAP, arguments),
+            Self::Heat(arguments) => Part::Work(&recipe::HEAT, arguments),
             Self::Convert(arguments) => Part::Work(&recipe::CONVERT, arguments),
             Self::Render(arguments) => Part::Work(&recipe::RENDER, arguments),
             Self::Info(arguments) => Part::Work(&recipe::INFO, arguments),

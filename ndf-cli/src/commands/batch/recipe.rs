@@ -2,7 +2,10 @@
 
 use clap::Args;
 
-use crate::commands::{convert, extract, fit, geodesic, info, measure, mesh, render, spectrum};
+use crate::commands::{
+    convert, directions, extract, fit, geodesic, heat, info, logmap, measure, mesh, render, spectrum,
+    stripes, transport,
+};
 use crate::context::Options;
 
 /// A command of the program that takes one input.
@@ -56,8 +59,22 @@ impl Recipe {
     }
 }
 
-static RECIPES: [&Recipe; 9] =
-    [&FIT, &EXTRACT, &MESH, &GEODESIC, &SPECTRUM, &CONVERT, &RENDER, &INFO, &MEASURE];
+static RECIPES: [&Recipe; 14] = [
+    &FIT,
+    &EXTRACT,
+    &MESH,
+    &GEODESIC,
+    &SPECTRUM,
+    &DIRECTIONS,
+    &STRIPES,
+    &TRANSPORT,
+    &LOGMAP,
+    &HEAT,
+    &CONVERT,
+    &RENDER,
+    &INFO,
+    &MEASURE,
+];
 
 /// `ndf fit`.
 pub(super) static FIT: Recipe = Recipe {
@@ -84,6 +101,26 @@ pub(super) static SPECTRUM: Recipe = Recipe {
     error: Some(("residual_max", "largest relative residual of an eigenfunction")),
     ..Recipe::writing("spectrum", "ply", spectrum::Arguments::augment_args)
 };
+
+/// `ndf directions`.
+pub(super) static DIRECTIONS: Recipe =
+    Recipe::writing("directions", "ply", directions::Arguments::augment_args);
+
+/// `ndf stripes`.
+pub(super) static STRIPES: Recipe = Recipe {
+    // The vertices of one mesh.
+    shared: &["--directions"],
+    ..Recipe::writing("stripes", "ply", stripes::Arguments::augment_args)
+};
+
+/// `ndf transport`.
+pub(super) static TRANSPORT: Recipe = Recipe::writing("transport", "ply", transport::Arguments::augment_args);
+
+/// `ndf logmap`.
+pub(super) static LOGMAP: Recipe = Recipe::writing("logmap", "ply", logmap::Arguments::augment_args);
+
+/// `ndf heat`.
+pub(super) static HEAT: Recipe = Recipe::writing("heat", "ply", heat::Arguments::augment_args);
 
 /// `ndf convert`.
 pub(super) static CONVERT: Recipe =
