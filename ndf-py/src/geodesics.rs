@@ -54,6 +54,8 @@ impl GeodesicSolver {
     fn new(py: Python<'_>, vertices: Points<'_>, faces: Faces<'_>) -> PyResult<Self> {
         let mesh = mesh(&vertices, &faces)?;
         run(py, None, None, &Raised::default(), |_| {
+            let finite: Vec<_> = mesh.positions().iter().copied().filter(|p| p.is_finite()).collect();
+            ndf::range::check_range(&finite).map_err(failure)?;
             let surface = Triangulated::from_mesh(mesh, &RepairOptions::default()).map_err(failure)?;
             DistanceSolver::new(Cow::Owned(surface)).map(Self).map_err(failure)
         })?

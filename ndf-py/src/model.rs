@@ -164,13 +164,21 @@ impl Model {
             (None, None) => ScalarLevelOptions::default().budget,
         };
         let options = ScalarLevelOptions { budget, seed, ..ScalarLevelOptions::default() };
-        let mut model = ndf::Model::clone(&self.get());
+        let before = self.get();
+        let mut model = ndf::Model::clone(&before);
         let (model, figures) = run(py, None, observer, &Raised::default(), move |progress| {
             let figures = ndf::store_scalars_on_levels(&mut model, &mesh, &scalars, &options, progress);
             figures.map(|figures| (model, figures))
         })?
         .map_err(failure)?;
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(model);
+        let mut current = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !Arc::ptr_eq(&current, &before) {
+            return Err(failure(
+                "the model was given other scalars meanwhile; store them one after the other",
+            ));
+        }
+        *current = Arc::new(model);
+        drop(current);
         json(&figures)
     }
 

@@ -2,7 +2,7 @@
 
 use ndf::ModelExt;
 use ndf_cli::render::{Up, upright};
-use ndf_mesh::io::{Positions, Rounding, to_ply};
+use ndf_mesh::io::{Positions, to_ply};
 use ndf_viewer::Input;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -46,9 +46,7 @@ pub(crate) fn mesh_page(
     let mesh = mesh(&vertices, &faces)?;
     let scalars = scalars(names, &values, mesh.vertex_count())?;
     let page = run(py, None, None, &Raised::default(), |_| {
-        let is_single = Rounding::to_single(mesh.positions()).moved == 0.0;
-        let positions = if is_single { Positions::Suited } else { Positions::Double };
-        let bytes = to_ply(&mesh, &scalars, positions)?;
+        let bytes = to_ply(&mesh, &scalars, Positions::Exact)?;
         let up = upright(&mesh, Up::Y).name();
         Ok::<_, ndf_mesh::io::WriteError>(
             Input { scalar, source, up: Some(up), ..Input::new(name, &bytes) }.to_html(),

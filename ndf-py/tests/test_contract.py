@@ -143,7 +143,9 @@ def test_distances() -> None:
     np.testing.assert_allclose(ndf.geodesic_distance(points, faces, [0, 2]), [0, 1, 0, 1])
     middle = (0, [0.5, 0.0, 0.5])
     np.testing.assert_allclose(ndf.geodesic_distance(points, faces, middle), np.full(4, 0.5**0.5))
-    np.testing.assert_allclose(ndf.geodesic_distance(points, faces, [middle, 0])[0], 0.0)
+    pairs: list[Any] = [[middle, 0], [0, middle], [middle, middle], (0, middle)]
+    for two in pairs:
+        assert ndf.geodesic_distance(points, faces, two)[0] == pytest.approx(0.0 if 0 in two else 0.5**0.5)
     np.testing.assert_allclose(ndf.geodesic_distance(points, faces, np.array([0, 2])), [0, 1, 0, 1])
     np.testing.assert_allclose(ndf.geodesic_distance(points, faces, np.int32(1)), [1, 0, 1, 2**0.5])
     heat = ndf.geodesic_distance(V, F, 0, method="heat")
@@ -155,6 +157,12 @@ def test_distances() -> None:
             ndf.geodesic_distance(points, faces, wrong)
     with pytest.raises(ndf.NdfError):
         ndf.geodesic_distance(points, faces, [])
+    nowhere: list[Any] = [2**64, [0, (1, [0.5, "a", 0.5])]]
+    for wrong in nowhere:
+        with pytest.raises(ndf.NdfError):
+            ndf.geodesic_distance(points, faces, wrong)
+    with pytest.raises(ndf.NdfError, match="lengths cannot be computed"):
+        ndf.geodesic_distance(points * 1e80, faces, 0)
     with pytest.raises(ndf.NdfError, match="sources are missing"):
         ndf.geodesic_distance(points, faces)
     with pytest.raises(ndf.NdfError):

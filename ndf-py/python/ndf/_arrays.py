@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import wraps
+from inspect import signature
 from typing import Any, SupportsIndex, TypeAlias, TypeVar, Union, cast
 
 import numpy as np
@@ -74,7 +75,11 @@ def of_object(thing: Any) -> tuple[Any, Any] | None:
     if hasattr(thing, "points") and hasattr(thing, "cells_dict"):
         triangles = thing.cells_dict.get("triangle")
         if triangles is None:
-            raise NdfError(f"the mesh has no triangles; it has {', '.join(thing.cells_dict) or 'no cells'}")
+            # Keys are names in meshio, and numbers of VTK in pyvista, where 5 is a triangle.
+            triangles = thing.cells_dict.get(5)
+        if triangles is None:
+            kinds = ", ".join(map(str, thing.cells_dict))
+            raise NdfError(f"the mesh has no triangles; it has {kinds or 'no cells'}")
         return thing.points, triangles
     if hasattr(thing, "points") and hasattr(thing, "regular_faces"):
         surface = thing if thing.is_all_triangles else thing.triangulate()
@@ -86,10 +91,14 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def takes_meshes(function: _Function) -> _Function:
-    """Wherever such a function takes vertices and faces by position, it takes one object that has both."""
+    """Wherever such a function takes vertices and faces by position, it takes one object that has both; and as its first named
+    argument."""
+    first, second = list(signature(function).parameters)[:2]
 
     @wraps(function)
     def taking(*arguments: Any, **options: Any) -> Any:
+        if options.get(second) is None and (found := of_object(options.get(first))) is not None:
+            options[first], options[second] = found
         spread: list[Any] = []
         for argument in arguments:
             found = of_object(argument)
@@ -99,9 +108,32 @@ def takes_meshes(function: _Function) -> _Function:
     return cast(_Function, taking)
 
 
+def count(value: Any, what: str, low: int, high: int) -> int:
+    """A whole number between bounds."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise NdfError(f"{what} must be a whole number, not {value!r}")
+    number = int(value.__index__())
+    if number < low:
+        raise NdfError(f"{what} must be at least {low}, not {number}")
+    if number > high:
+        raise NdfError(f"{what} must be at most {high}, not {number}")
+    return number
+
+
+def _is_face_point(value: Any) -> bool:
+    """Whether this is a face and its coordinates, and not two places."""
+    if not isinstance(value, (tuple, list)) or len(value) != 2 or isinstance(value[0], (tuple, list)):
+        return False
+    second = value[1]
+    if isinstance(second, (tuple, list)):
+        # A point of a face in the second place has coordinates of its own.
+        return all(np.ndim(number) == 0 for number in second)
+    return bool(np.ndim(second) == 1)
+
+
 def place(value: Any) -> NativePlace:
     """A vertex as ``(index, None)``, a point of a face as ``(face, coordinates)``."""
-    if isinstance(value, (tuple, list)) and len(value) == 2 and np.ndim(value[1]) == 1:
+    if _is_face_point(value):
         coordinates = floats(value[1], "barycentric coordinates", None)
         if len(coordinates) != 3:
             raise NdfError(f"a point of a face has three barycentric coordinates, not {len(coordinates)}")
@@ -111,17 +143,18 @@ def place(value: Any) -> NativePlace:
 
 
 def _index(value: Any) -> int:
-    array = np.asarray(value)
+    array = _as_array(value, "a source")
     if array.ndim != 0 or array.dtype.kind not in "iu":
         raise NdfError(f"a source is a vertex or (face, barycentric coordinates), not {value!r}")
-    return int(array)
+    number = int(array)
+    if number >= 2**63:
+        raise NdfError(f"there is no vertex or face {number}")
+    return number
 
 
 def places(values: Any) -> list[NativePlace]:
     """A place or a list of places."""
-    is_list = isinstance(values, (tuple, list))
-    is_point = is_list and len(values) == 2 and np.ndim(values[1]) == 1
-    if is_point or (not is_list and np.ndim(values) == 0):
+    if _is_face_point(values) or (not isinstance(values, (tuple, list)) and np.ndim(values) == 0):
         return [place(values)]
     return [place(value) for value in values]
 

@@ -9,7 +9,7 @@ from os import PathLike
 from typing import Any, Literal, Protocol, runtime_checkable
 
 from ndf import _native
-from ndf._arrays import Floats, floats, mesh, of_object, takes_meshes
+from ndf._arrays import Floats, count, floats, mesh, of_object, takes_meshes
 from ndf._model import Model
 from ndf._native import NdfError
 from ndf._progress import Observer, Progress, observer
@@ -24,8 +24,9 @@ class Surface(Protocol):
     """A representation of surfaces that is written in Python. It may also have ``field(points) -> values``, ``(k, 3) -> (k,)``:
     a scalar field that is negative inside and zero on the surface, of which a base mesh is made.
 
-    Both are called in batches of at most 16384 points, from threads of Rust, one at a time. An exception ends the fit and
-    comes out as it is.
+    Both are called in batches of at most 16384 points, from threads of Rust: Python runs one at a time, but may go from one call to
+    another before the first is done, so that what calls share needs a lock, or ``threads=1``. An exception ends the fit and comes
+    out as it is.
     """
 
     def bounds(self) -> Any:
@@ -37,19 +38,29 @@ class Surface(Protocol):
         that are returned point outward. Where ``ok`` is false there is no foot."""
 
 
+#: What numbers may be: as the program has it.
+_RANGES = {
+    "base_faces": (4, 10_000_000),
+    "features": (0, 4096),
+    "epochs": (1, 2**32 - 1),
+    "samples": (1, 2**32 - 1),
+    "size": (1000, 2_000_000),
+    "seed": (0, 2**64 - 1),
+    "threads": (0, 1024),
+}
+
+
 def _options(
     preset: str,
     **options: Any,
 ) -> dict[str, Any]:
     if preset not in ("default", "paper"):
         raise NdfError(f"preset must be default or paper, not {preset}")
-    for name in ("base_faces", "features", "epochs", "samples", "size", "seed", "threads"):
-        value = options[name]
-        if value is not None and (isinstance(value, bool) or not hasattr(value, "__index__") or value < 0):
-            raise NdfError(f"{name} must be a whole number that is not negative, not {value!r}")
-    for name in ("epochs", "samples"):
-        if options[name] == 0:
-            raise NdfError(f"{name} must be at least 1")
+    for name, (low, high) in _RANGES.items():
+        if options[name] is not None:
+            options[name] = count(options[name], name, low, high)
+    if options["size"] is not None and options["error"] is not None:
+        raise NdfError("give size or error, not both")
     error = options["error"]
     if error is not None and not 0.0 < error < 1.0:
         raise NdfError(f"error must be a share of the diagonal such as 0.0002, not {error}")
@@ -61,13 +72,18 @@ def _learned(
     base: Any,
     options: dict[str, Any],
     progress: Progress,
+    *,
+    depth: int = 3,
 ) -> Model:
     if base is not None:
-        base = mesh(*(of_object(base) or base))
+        arrays = of_object(base) or base
+        if not isinstance(arrays, (tuple, list)) or len(arrays) != 2:
+            raise NdfError("base must be vertices and faces, (V, F), or a mesh that has both")
+        base = mesh(*arrays)
     with observer(progress) as observing:
         model, report, notes = learn(base, options, observing)
     for note in notes:
-        warnings.warn(note, NdfWarning, stacklevel=4)
+        warnings.warn(note, NdfWarning, stacklevel=depth)
     return Model(model, json.loads(report), notes)
 
 
@@ -145,7 +161,8 @@ def fit(
     def learn(base: Any, options: dict[str, Any], observing: Observer | None) -> Any:
         return _native.fit_mesh(*arrays, name, largest_component, base, options, observing)
 
-    return _learned(learn, base, options, progress)
+    # What takes meshes as objects is between this and who calls.
+    return _learned(learn, base, options, progress, depth=4)
 
 
 def fit_points(

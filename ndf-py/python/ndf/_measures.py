@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, floats, mesh, takes_meshes
+from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
 
 
 @takes_meshes
@@ -30,6 +30,7 @@ def measure(
     NdfError
         If one of the meshes has no area.
     """
+    samples, seed = count(samples, "samples", 0, 1_000_000_000), count(seed, "seed", 0, 2**64 - 1)
     figures = _native.measure(*mesh(vertices, faces), *mesh(vertices2, faces2), samples, seed)
     found: dict[str, Any] = json.loads(figures)
     return found

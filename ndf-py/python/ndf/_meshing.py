@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, mesh, takes_meshes
+from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
 
@@ -46,6 +46,7 @@ def remesh(
         raise NdfError("edge_length is missing; give the length that edges should have, in the units of the mesh")
     if method not in ("isotropic", "intrinsic"):
         raise NdfError(f"method must be isotropic or intrinsic, not {method}")
+    rounds = count(rounds, "rounds", 0, 1000)
     arrays = mesh(vertices, faces)
     if method == "intrinsic":
         return _native.remesh_intrinsically(*arrays, edge_length)
@@ -73,8 +74,7 @@ def decimate(
     """
     if faces is None:
         raise NdfError("faces is missing; give the number of faces to reach")
-    if isinstance(faces, bool) or not hasattr(faces, "__index__") or faces < 4:
-        raise NdfError(f"faces must be a whole number of at least 4, not {faces!r}")
+    faces = count(faces, "faces", 4, 2**32 - 1)
     with observer(progress) as observing:
         found, births = _native.decimate(*mesh(vertices, triangles), faces, observing)
     return *found, births
@@ -95,8 +95,9 @@ def marching_cubes(
     Parameters
     ----------
     field
-        A callable from points ``(k, 3)`` to values ``(k,)``, called in batches of at most 16384 points from threads of Rust,
-        one at a time. An exception comes out as it is.
+        A callable from points ``(k, 3)`` to values ``(k,)``, called in batches of at most 16384 points from threads of Rust.
+        Calls may overlap as those of Python's threads do; ``threads=1`` has one after the other. An exception comes out as it
+        is.
     bounds
         Two corners ``(lo, hi)`` of the box to look in.
     grid
@@ -113,8 +114,8 @@ def marching_cubes(
     """
     if inside not in ("below", "above"):
         raise NdfError(f"inside must be below or above, not {inside}")
-    if isinstance(grid, bool) or not hasattr(grid, "__index__") or not 1 <= grid <= 2048:
-        raise NdfError(f"grid must be from 1 to 2048 cells, not {grid!r}")
+    grid = count(grid, "grid", 1, 2048)
+    box = floats(bounds, "bounds")
     with observer(progress) as observing:
         is_above = inside == "above"
-        return _native.marching_cubes(field, bounds, grid, level, is_above, threads, observing)
+        return _native.marching_cubes(field, box, grid, level, is_above, threads, observing)

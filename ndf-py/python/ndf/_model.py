@@ -253,24 +253,35 @@ class Model:
 
         return model_view(self._native, self.scalars, scalar, source, edge_length, name)
 
-    def to_trimesh(self, edge_length: float | None = None, **options: Any) -> Any:
+    def to_trimesh(
+        self, edge_length: float | None = None, *, relative_edge_length: float | None = None, **options: Any
+    ) -> Any:
         """A ``trimesh.Trimesh`` with these edges; ``options`` go to it."""
         import trimesh
 
-        vertices, faces = self.extract(edge_length)
+        vertices, faces = self.extract(edge_length, relative_edge_length=relative_edge_length)
         return trimesh.Trimesh(vertices, faces, process=False, **options)
 
-    def to_pyvista(self, edge_length: float | None = None) -> Any:
+    def to_pyvista(
+        self, edge_length: float | None = None, *, relative_edge_length: float | None = None
+    ) -> Any:
         """A ``pyvista.PolyData`` with these edges."""
         from ndf._pyvista import surface
 
-        return surface(*self.extract(edge_length))
+        return surface(*self.extract(edge_length, relative_edge_length=relative_edge_length))
 
-    def to_polyscope(self, name: str, edge_length: float | None = None, **options: Any) -> Any:
+    def to_polyscope(
+        self,
+        name: str,
+        edge_length: float | None = None,
+        *,
+        relative_edge_length: float | None = None,
+        **options: Any,
+    ) -> Any:
         """Registers a surface mesh of polyscope under a name; ``options`` go to it."""
         import polyscope
 
-        vertices, faces = self.extract(edge_length)
+        vertices, faces = self.extract(edge_length, relative_edge_length=relative_edge_length)
         return polyscope.register_surface_mesh(name, vertices, faces, **options)
 
 

@@ -33,7 +33,7 @@ class View:
         self.html = page
 
     def __repr__(self) -> str:
-        return f"<ndf.View: a page of {len(self.html)} bytes>"
+        return f"<ndf.View: a page of {len(self.html.encode())} bytes>"
 
     def _repr_html_(self) -> str:
         page = html.escape(self.html, quote=True)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, floats, mesh, takes_meshes
+from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
 
@@ -78,7 +78,7 @@ def spectrum(
     Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000); none is missing, which is checked.
     """
     with observer(progress) as observing:
-        values, rows = _native.spectrum(*mesh(vertices, faces), _count(k), mass, delaunay, observing)
+        values, rows = _native.spectrum(*mesh(vertices, faces), count(k, "k", 1, 2**32 - 1), mass, delaunay, observing)
     return values, rows.T
 
 
@@ -101,7 +101,7 @@ def heat_kernel_signature(
         raise NdfError("times are missing; give the times of the heat kernel, in squared units of length")
     wanted = floats(times, "times", None).tolist()
     with observer(progress) as observing:
-        rows = _native.heat_kernel_signature(*mesh(vertices, faces), wanted, _count(k), observing)
+        rows = _native.heat_kernel_signature(*mesh(vertices, faces), wanted, count(k, "k", 1, 2**32 - 1), observing)
     return rows.T
 
 
@@ -122,12 +122,6 @@ def wave_kernel_signature(
     """
     with observer(progress) as observing:
         rows = _native.wave_kernel_signature(
-            *mesh(vertices, faces), _count(energies), _count(k), observing
+            *mesh(vertices, faces), count(energies, "energies", 1, 100_000), count(k, "k", 1, 2**32 - 1), observing
         )
     return rows.T
-
-
-def _count(value: int) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value < 1:
-        raise NdfError(f"a whole number of at least 1 was expected, not {value!r}")
-    return value.__index__()
