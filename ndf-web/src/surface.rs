@@ -207,12 +207,18 @@ impl Surface {
     /// # Errors
     /// If a position is not finite, a scalar does not fit the mesh, or the file would be larger than the format allows.
     pub fn to_glb(&self, further: Vec<VertexScalars>) -> Result<Vec<u8>, SurfaceError> {
-        let first = if further.is_empty() { 0 } else { self.mesh.scalars.len() };
+        let count = further.len();
+        let scalars = self.with_further(further);
+        let first = if count == 0 { 0 } else { scalars.len() - count };
         let options = GlbOptions { coloured_by: Some(first) };
-        Ok(to_glb(self.mesh(), &self.with_further(further), &options)?)
+        Ok(to_glb(self.mesh(), &scalars, &options)?)
     }
 
+    /// The scalars of the mesh, and further ones after them, which take the place of those of their names.
     fn with_further(&self, further: Vec<VertexScalars>) -> Vec<VertexScalars> {
-        self.mesh.scalars.iter().cloned().chain(further).collect()
+        let is_replaced = |own: &VertexScalars| further.iter().any(|scalar| scalar.name == own.name);
+        let kept: Vec<VertexScalars> =
+            self.mesh.scalars.iter().filter(|own| !is_replaced(own)).cloned().collect();
+        kept.into_iter().chain(further).collect()
     }
 }

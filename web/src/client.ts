@@ -1,4 +1,4 @@
-import type { Method, Request, Response, Result } from './protocol.js';
+import type { Method, Opening, Request, Response, Result } from './protocol.js';
 import type {
   Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report, Triangles,
 } from './types.js';
@@ -36,7 +36,12 @@ export class WorkerSurface {
   #worker!: Worker;
   #waiting = new Map<number, Waiting>();
   #next = 0;
-  #description!: Promise<Description>;
+  #opening!: Promise<Description>;
+  #description!: Description;
+  /** How the mesh that is computed on was extracted. */
+  #extraction: Opening['extraction'];
+  /** Why nothing is answered any more. */
+  #ended: Error | undefined;
 
   private constructor(bytes: Uint8Array, name: string, options: WorkerOptions) {
     this.#options = options;
@@ -48,7 +53,7 @@ export class WorkerSurface {
   static async open(bytes: Uint8Array, name = 'the file', options: WorkerOptions = {}): Promise<WorkerSurface> {
     const surface = new WorkerSurface(bytes, name, options);
     try {
-      await surface.#description;
+      surface.#description = await surface.#opening;
     } catch (error) {
       surface.free();
       throw error;
@@ -59,31 +64,51 @@ export class WorkerSurface {
   #start(): void {
     const worker = (this.#options.worker ?? besideThis)();
     this.#worker = worker;
+    const opening = this.#next;
     worker.onmessage = ({ data }: MessageEvent<Response>) => {
       const waiting = this.#waiting.get(data.id);
       this.#waiting.delete(data.id);
-      if ('error' in data) waiting?.reject(new Error(data.error));
-      else waiting?.resolve(data.result);
+      if (!('error' in data)) return waiting?.resolve(data.result);
+      const error = new Error(data.error);
+      waiting?.reject(error);
+      if (!data.isTrapped) return;
+      // What cannot even be opened would trap again.
+      if (data.id === opening) this.#end(error);
+      else this.#restart(error);
     };
-    worker.onerror = (event) => this.#fail(new Error(event.message || 'the Worker could not be started'));
-    const { bytes, name } = this.#opened;
-    this.#description = this.#send({ open: { wasm: this.#options.wasm, bytes, name } }) as Promise<Description>;
+    worker.onerror = (event) => this.#end(new Error(event.message || 'the Worker could not be started'));
+    const open = { ...this.#opened, wasm: this.#options.wasm, extraction: this.#extraction };
+    this.#opening = this.#send({ open }) as Promise<Description>;
     // Whoever calls a method hears of it there.
-    this.#description.catch(() => undefined);
+    this.#opening.catch(() => undefined);
+  }
+
+  /** Takes the Worker from those who wait. */
+  #stop(error: Error): void {
+    this.#worker.terminate();
+    const waiting = [...this.#waiting.values()];
+    this.#waiting.clear();
+    waiting.forEach(({ reject }) => reject(error));
+  }
+
+  #restart(error: Error): void {
+    if (this.#ended) return;
+    this.#stop(error);
+    this.#start();
+  }
+
+  #end(error: Error): void {
+    this.#stop(error);
+    this.#ended ??= error;
   }
 
   #send(content: DistributiveOmit<Request, 'id'>): Promise<unknown> {
+    if (this.#ended) return Promise.reject(this.#ended);
     const id = this.#next++;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
       this.#worker.postMessage({ id, ...content });
     });
-  }
-
-  #fail(error: Error): void {
-    const waiting = [...this.#waiting.values()];
-    this.#waiting.clear();
-    waiting.forEach(({ reject }) => reject(error));
   }
 
   #call<M extends Method>(method: M, ...given: unknown[]): Promise<Result<M>> {
@@ -95,19 +120,24 @@ export class WorkerSurface {
     return this.#waiting.size > 0;
   }
 
-  /** Gives up all that runs or waits ({@link Abandoned}) and starts afresh; the mesh is again the one of the beginning. */
+  /** Gives up all that runs or waits ({@link Abandoned}); the mesh stays the one that was last extracted to the end. */
   abandon(): void {
-    this.#worker.terminate();
-    this.#fail(new Abandoned());
-    this.#start();
+    this.#restart(new Abandoned());
+  }
+
+  /** What was opened, with the mesh of the beginning. */
+  get description(): Description {
+    return this.#description;
   }
 
   describe(): Promise<Description> {
     return this.#call('describe');
   }
 
-  extract(edgeLength?: number, options?: ExtractOptions): Promise<Extracted> {
-    return this.#call('extract', edgeLength, options);
+  async extract(edgeLength?: number, options?: ExtractOptions): Promise<Extracted> {
+    const extracted = await this.#call('extract', edgeLength, options);
+    this.#extraction = [edgeLength, { ...options, report: false }];
+    return extracted;
   }
 
   mesh(): Promise<Triangles> {
@@ -150,10 +180,9 @@ export class WorkerSurface {
     return (await this.file('ply')).buffer as ArrayBuffer;
   }
 
-  /** Ends the Worker. */
+  /** Ends the Worker: what runs or waits is given up ({@link Abandoned}), and so is what is called later. */
   free(): void {
-    this.#worker.terminate();
-    this.#fail(new Abandoned());
+    this.#end(new Abandoned());
   }
 }
 

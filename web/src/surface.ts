@@ -3,7 +3,7 @@ import type {
   Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report, Triangles, WasmSource,
 } from './types.js';
 
-let ready: Promise<unknown> | undefined;
+let ready: Promise<void> | undefined;
 
 /** Whether this is Node, where files are read and not fetched. */
 const isNode = typeof process !== 'undefined' && process.versions?.node !== undefined;
@@ -16,10 +16,25 @@ async function besideThis(): Promise<WasmSource> {
   return readFile(url);
 }
 
-/** Loads the WebAssembly, once. Everything else waits for it. */
+/** A whole number that is not negative; WebAssembly would cut others into one. */
+function whole(value: number, what: string): number {
+  if (Number.isInteger(value) && value >= 0 && value < 2 ** 32) return value;
+  throw new RangeError(`${what} should be a whole number, and is ${String(value)}`);
+}
+
+async function load(source: WasmSource | undefined): Promise<void> {
+  try {
+    await initialise({ module_or_path: await (source ?? besideThis()) });
+  } catch (error) {
+    // The next call may have a better source, or a better network.
+    ready = undefined;
+    throw error;
+  }
+}
+
+/** Loads the WebAssembly, once: the source of the first call counts, unless it fails. Everything else waits for it. */
 export function init(source?: WasmSource): Promise<void> {
-  ready ??= (async () => initialise({ module_or_path: await (source ?? besideThis()) }))();
-  return ready.then(() => undefined);
+  return (ready ??= load(source));
 }
 
 /**
@@ -62,7 +77,7 @@ export class Surface {
     const report = options.report === false
       ? { vertices: mesh.vertices.length / 3, faces: mesh.faces.length / 3, seconds: this.#seconds }
       : this.report();
-    return { ...mesh, report };
+    return { ...mesh, report, ...(options.positions && { positions: this.positions() }) };
   }
 
   /** The mesh that is computed on. */
@@ -82,12 +97,12 @@ export class Surface {
 
   /** Exact geodesic distances of all vertices from one; infinite where it does not reach. */
   geodesic(vertex: number): Float32Array {
-    return this.#native.distances(vertex);
+    return this.#native.distances(whole(vertex, 'a vertex'));
   }
 
   /** The shortest path between two vertices. */
   path(from: number, to: number): GeodesicPath {
-    const found = this.#native.path(from, to);
+    const found = this.#native.path(whole(from, 'a vertex'), whole(to, 'a vertex'));
     try {
       return { points: found.points, length: found.length };
     } finally {
@@ -97,7 +112,7 @@ export class Surface {
 
   /** The first modes of the Laplacian, the constant one among them. */
   modes(count: number): Modes {
-    const found = this.#native.modes(count);
+    const found = this.#native.modes(whole(count, 'the number of modes'));
     try {
       const [values, all] = [found.values, found.functions];
       const vertices = all.length / count;
@@ -120,12 +135,12 @@ export class Surface {
 
   /** The mesh as binary glTF. */
   exportGLB(): ArrayBuffer {
-    return this.file('glb').slice().buffer;
+    return this.file('glb').buffer as ArrayBuffer;
   }
 
   /** The mesh as PLY. */
   exportPLY(): ArrayBuffer {
-    return this.file('ply').slice().buffer;
+    return this.file('ply').buffer as ArrayBuffer;
   }
 
   /** Gives the memory back. */

@@ -4,8 +4,9 @@ import { Surface, init } from './surface.js';
 import type { ExtractOptions } from './types.js';
 
 /**
- * Loads an `.ndf` model, or a mesh, as a `BufferGeometry` in the units of the file. Stored scalars are attributes of their
- * names; `userData.report` says what is true of the mesh.
+ * Loads an `.ndf` model, or a mesh, as a `BufferGeometry` in the units of the file. Stored scalars are attributes
+ * of their names with `_` before them, as in glTF, so that none takes the place of `position` or `normal`; `userData.report`
+ * says what is true of the mesh.
  *
  * ```ts
  * const geometry = await new NDFLoader().setEdgeLength(0.02).loadAsync('bunny.ndf');
@@ -60,7 +61,7 @@ export class NDFLoader extends Loader<BufferGeometry> {
       const { vertices, faces } = surface.mesh();
       const geometry = toGeometry(vertices, faces);
       for (const { name: scalar } of description.scalars) {
-        geometry.setAttribute(scalar, new BufferAttribute(surface.scalar(scalar), 1));
+        geometry.setAttribute(`_${scalar}`, new BufferAttribute(surface.scalar(scalar), 1));
       }
       geometry.userData['report'] = surface.report();
       geometry.userData['description'] = description;

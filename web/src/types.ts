@@ -49,6 +49,8 @@ export interface ExtractOptions {
   relative?: boolean;
   /** Leave the report out, which takes about as long as the extraction. */
   report?: boolean;
+  /** Give the positions in double precision, too. */
+  positions?: boolean;
 }
 
 /** Triangles, in the units of the file. */
@@ -62,6 +64,8 @@ export interface Triangles {
 /** A mesh and what is true of it. */
 export interface Extracted extends Triangles {
   report: Report;
+  /** x, y, z of each vertex in double precision, where they were asked for. */
+  positions?: Float64Array;
 }
 
 /** A shortest path: its corners, x, y, z of each, and its length. */

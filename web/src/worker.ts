@@ -1,6 +1,6 @@
 /** What runs in the Worker: one surface, whose methods are called one after the other. */
 
-import type { Request, Response } from './protocol.js';
+import type { Opening, Request, Response } from './protocol.js';
 import { Surface, init } from './surface.js';
 
 interface Scope {
@@ -10,6 +10,8 @@ interface Scope {
 
 const scope = globalThis as unknown as Scope;
 let surface: Surface | undefined;
+/** What is to be extracted before the mesh is computed on: another extraction may come first and make it needless. */
+let owed: Opening['extraction'];
 
 /** The memory of the arrays in a result, which moves with it. */
 function memory(value: unknown): Transferable[] {
@@ -20,16 +22,20 @@ function memory(value: unknown): Transferable[] {
 
 async function answer(request: Request): Promise<unknown> {
   if ('open' in request) {
-    const { wasm, bytes, name } = request.open;
+    const { wasm, bytes, name, extraction } = request.open;
     await init(wasm);
     surface?.free();
     surface = undefined;
     surface = Surface.openNow(bytes, name);
+    owed = extraction;
     return surface.describe();
   }
   if (!surface) throw new Error('nothing is open');
+  if (owed && request.method !== 'extract') surface.extract(...owed);
   const method = surface[request.method] as (...given: unknown[]) => unknown;
-  return method.apply(surface, request.arguments);
+  const result = method.apply(surface, request.arguments);
+  owed = undefined;
+  return result;
 }
 
 // In order: the answer to one request is sent before the next is begun.
@@ -41,8 +47,10 @@ scope.onmessage = ({ data: request }) => {
       const result = await answer(request);
       scope.postMessage({ id: request.id, result }, memory(result));
     } catch (error) {
+      const isTrapped = error instanceof WebAssembly.RuntimeError;
       const message = error instanceof Error ? error.message : String(error);
-      scope.postMessage({ id: request.id, error: message }, []);
+      const told = isTrapped ? `the computation broke off, most likely because memory ran out (${message})` : message;
+      scope.postMessage({ id: request.id, error: told, isTrapped }, []);
     }
   });
 };

@@ -14,6 +14,9 @@ export const PROGRAM = process.env.NDF_PROGRAM;
 /** Models that the repository has. */
 export const golden = (name) => fileURLToPath(new URL(`../../ndf-model/tests/golden/${name}.ndf`, import.meta.url));
 
+/** The smallest closed mesh, an OBJ file. */
+export const tetrahedron = new TextEncoder().encode('v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n');
+
 /** A folder of its own, which is removed when the process ends. */
 export function folder() {
   const made = mkdtempSync(join(tmpdir(), 'ndf-web-'));

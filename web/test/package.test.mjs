@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { Surface, init } from 'ndf-geometry';
 import { NDFLoader } from 'ndf-geometry/three';
 import { colours, readable, roundStep, scaleOf } from '../lib/viewer/colours.js';
-import { assertSameReport, difference, folder, golden, ndf, readPly } from './helpers.mjs';
+import { assertSameReport, difference, folder, golden, ndf, readPly, tetrahedron } from './helpers.mjs';
 
 const place = folder();
 
@@ -60,8 +60,7 @@ test('a relative edge length is one in the box of the model', async () => {
 });
 
 test('meshes are taken as they are, and files are written', async () => {
-  const tetrahedron = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n';
-  const surface = await Surface.open(new TextEncoder().encode(tetrahedron), 'tetrahedron.obj');
+  const surface = await Surface.open(tetrahedron, 'tetrahedron.obj');
   assert.equal(surface.describe().kind, 'mesh');
   assert.deepEqual([...surface.mesh().faces], [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]);
   const values = surface.geodesic(0);
@@ -79,8 +78,10 @@ test('what is wrong is said', async () => {
   await assert.rejects(Surface.open(damaged, 'damaged.ndf'), /damaged\.ndf: /);
   const surface = await Surface.open(readFileSync(golden('sphere_version_2')));
   assert.throws(() => surface.extract(-1), /edge length/);
-  assert.throws(() => surface.extract(1e-9), /./);
+  assert.throws(() => surface.extract(1e-9), /more than 4000000 triangles/);
   assert.throws(() => surface.geodesic(4e9 >>> 0), /vertex/);
+  for (const wrong of [undefined, -1, 0.5, NaN]) assert.throws(() => surface.geodesic(wrong), RangeError);
+  assert.throws(() => surface.modes(2.5), RangeError);
   assert.throws(() => surface.scalar('none'), /no scalar none/);
   // And afterwards all goes on.
   assert.ok(surface.extract().report.faces > 0);
@@ -93,7 +94,15 @@ test('the loader of three.js makes a geometry', async () => {
   const { vertices, faces } = geometry.userData.report;
   assert.equal(geometry.getAttribute('position').count, vertices);
   assert.equal(geometry.index.count, 3 * faces);
-  for (const { name } of geometry.userData.description.scalars) assert.equal(geometry.getAttribute(name).count, vertices);
+  for (const { name } of geometry.userData.description.scalars) assert.equal(geometry.getAttribute(`_${name}`).count, vertices);
+});
+
+test('a scalar of the name of an attribute does not replace it', async () => {
+  const surface = await Surface.open(tetrahedron, 'tetrahedron.obj');
+  const file = surface.file('ply', { name: 'position', values: Float32Array.of(1, 2, 3, 4) });
+  const geometry = new NDFLoader().parse(file.buffer, 'named.ply');
+  assert.equal(geometry.getAttribute('position').itemSize, 3);
+  assert.deepEqual([...geometry.getAttribute('_position').array], [1, 2, 3, 4]);
 });
 
 test('colours and numbers of the viewer', () => {

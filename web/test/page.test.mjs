@@ -1,17 +1,21 @@
-/** The page of `ndf view` in Chromium, opened from the disk, against the program. */
+/** The page of `ndf view` in Chromium, opened from the disk, against the program; and the element in a served page. */
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
-import { pathToFileURL } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 import validator from 'gltf-validator';
-import { assertSameReport, browser, difference, folder, golden, ndf, readPly } from './helpers.mjs';
+import { assertSameReport, browser, difference, folder, golden, ndf, readPly, tetrahedron } from './helpers.mjs';
 
 const place = folder();
 const model = golden('sphere_version_2');
 const view = place('view.html');
 /** @type {import('playwright-core').Browser} */
 let chromium;
+/** @type {import('node:http').Server} */
+let server;
+let served;
 const outside = [];
 const failures = [];
 
@@ -20,7 +24,7 @@ async function opened(url, settings = {}, prepare) {
   const context = await chromium.newContext({ viewport: { width: 1200, height: 800 }, ...settings });
   const page = await context.newPage();
   page.on('request', (request) => {
-    if (!/^(file|blob|data):/.test(request.url())) outside.push(request.url());
+    if (!/^(file|blob|data):/.test(request.url()) && !request.url().startsWith(served)) outside.push(request.url());
   });
   page.on('console', (message) => message.type() === 'error' && failures.push(message.text()));
   page.on('pageerror', (error) => failures.push(String(error)));
@@ -30,9 +34,46 @@ async function opened(url, settings = {}, prepare) {
 }
 
 /** The page of the model, ready. */
-async function ready(settings) {
-  const page = await opened(pathToFileURL(view).href, settings);
+async function ready(settings, url = pathToFileURL(view).href) {
+  const page = await opened(url, settings);
   await page.evaluate(() => window.ndf.then(() => undefined));
+  assert.ok(!(await page.locator('.toast').isVisible()), await page.locator('.toast').textContent());
+  return page;
+}
+
+const MODULES = {
+  'ndf-geometry': '/lib/index.js',
+  'ndf-geometry/viewer': '/lib/viewer.js',
+  three: '/node_modules/three/build/three.module.js',
+  'three/examples/': '/node_modules/three/examples/',
+};
+
+/** A page of modules, with the package, three.js and a model beside it. */
+const MODULE_PAGE = `<!DOCTYPE html><link rel="icon" href="data:,"><script type="importmap">${JSON.stringify({ imports: MODULES })}</script>
+<style>ndf-viewer { display: block; width: 600px; height: 400px }</style>
+<script type="module">
+Object.assign(window, await import('ndf-geometry'), await import('ndf-geometry/viewer'));
+const got = async (file) => new Uint8Array(await (await fetch(file)).arrayBuffer());
+window.files = { model: await got('/model.ndf'), mesh: await got('/mesh.obj') };
+window.told = [];
+window.viewer = new NdfViewer();
+viewer.addEventListener('ndf-error', ({ detail }) => told.push(detail));
+window.failure = (work) => work.then(() => undefined, (error) => error.name + ': ' + error.message);
+window.started = true;
+</script>`;
+
+function answer({ url }, response) {
+  const types = { html: 'text/html', js: 'text/javascript', wasm: 'application/wasm' };
+  const type = url === '/' ? 'text/html' : (types[url.split('.').pop()] ?? 'application/octet-stream');
+  const contents = { '/': MODULE_PAGE, '/mesh.obj': tetrahedron };
+  const file = () => (url === '/model.ndf' ? model : fileURLToPath(new URL(`..${url}`, import.meta.url)));
+  response.writeHead(200, { 'content-type': type }).end(contents[url] ?? readFileSync(file()));
+}
+
+/** A page with the package, an element that is not yet in it, and a model and a mesh. */
+async function modules() {
+  const page = await opened(served);
+  await until(page, () => window.started);
   return page;
 }
 
@@ -50,11 +91,15 @@ async function until(page, condition, given) {
 
 before(async () => {
   ndf('view', model, '-o', view);
+  server = createServer(answer);
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  served = `http://127.0.0.1:${server.address().port}/`;
   chromium = await browser();
 });
 
 after(async () => {
   await chromium?.close();
+  server?.close();
   assert.deepEqual(outside, [], 'a request left the page');
   assert.deepEqual(failures, []);
 });
@@ -92,6 +137,42 @@ test('numbers are those of the program', async () => {
   assert.ok(Math.abs(found.length - factor * path.length) <= 1e-9 * path.length);
   assert.equal(found.points.length, 3 * path.points.length);
   assert.equal(found.functions, 5);
+  const spectrum = ndf('spectrum', mesh, '-o', place('modes.ply'), '--modes', 5);
+  const eigenvalues = spectrum.eigenvalues.map((value) => value / factor ** 2);
+  assert.ok(difference(found.values, eigenvalues) <= 1e-6 * (factor === 1 ? 1 : 1e4) * eigenvalues.at(-1));
+});
+
+test('a page with an edge length opens with it, and without an error', async () => {
+  const shown = place('edges.html');
+  const page = await ready();
+  const { default_edge_length: usual } = await page.evaluate(async () => (await window.ndf).viewer.description);
+  ndf('view', model, '-o', shown, '--edge-length', 1.5 * usual);
+  const { target_edge_length: length } = await report(await ready({}, pathToFileURL(shown).href));
+  assert.ok(Math.abs(length - 1.5 * usual) <= 1e-9 * usual);
+});
+
+test('a damaged link is told, and the page shows its own model', async () => {
+  for (const damage of ['***', 'AAAA']) {
+    const page = await opened(`${pathToFileURL(view).href}#m=${damage}`);
+    assert.equal((await page.evaluate(async () => (await window.ndf).viewer.description)).name, 'sphere_version_2.ndf');
+    assert.ok(await page.locator('.toast').isVisible());
+  }
+  const page = await ready();
+  await page.evaluate(() => (location.hash = '#m=***'));
+  await until(page, () => document.querySelector('.toast').textContent.includes('link is damaged'));
+  assert.ok((await report(page)).vertices > 0);
+});
+
+test('a frame that holds its page has no link', async () => {
+  const page = await opened(served);
+  await page.evaluate((text) => {
+    const frame = document.createElement('iframe');
+    frame.srcdoc = text;
+    document.body.append(frame);
+  }, readFileSync(view, 'utf8'));
+  const link = page.frameLocator('iframe').locator('[data-save="link"]');
+  await link.waitFor({ state: 'attached' });
+  assert.ok(!(await link.isVisible()));
 });
 
 test('the slider shows other meshes, coarse ones while it is dragged', async () => {
@@ -244,4 +325,118 @@ test('without WebGL or WebAssembly there is a message', async () => {
     HTMLCanvasElement.prototype.getContext = () => null;
   };
   assert.match(await text(withoutWebGL), /WebGL 2/);
+});
+
+test('a Worker that is started again computes on the mesh that is shown', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    const { default_edge_length: usual } = await viewer.open(files.model, 'model.ndf');
+    const { report } = await viewer.setEdgeLength(0.6 * usual);
+    const modes = failure(viewer.modes(20));
+    const refused = await failure(viewer.setEdgeLength(1e-9));
+    const distances = await viewer.showDistances(0);
+    return { shown: report.vertices, modes: await modes, refused, distances: distances.length, now: viewer.report.vertices };
+  });
+  assert.match(found.modes, /Abandoned/);
+  assert.match(found.refused, /triangles/);
+  assert.deepEqual([found.distances, found.now], [found.shown, found.shown]);
+});
+
+test('the last of several files and edge lengths is shown', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    viewer.setAttribute('edge-length', '0.5');
+    document.body.append(viewer);
+    viewer.setAttribute('edge-length', '0.4');
+    const first = failure(viewer.open(files.model, 'first.ndf'));
+    await viewer.open(files.mesh, 'second.obj');
+    const overtaken = [await first];
+    const { name, default_edge_length: usual } = await viewer.open(files.model, 'third.ndf');
+    const lengths = [usual, 0.9 * usual, 0.8 * usual];
+    const extracted = await Promise.allSettled(lengths.map((length) => viewer.setEdgeLength(length)));
+    overtaken.push(...extracted.slice(0, 2).map(({ reason }) => reason.name));
+    return { overtaken, name, told, vertices: extracted[2].value.report.vertices, now: viewer.report.vertices };
+  });
+  found.overtaken.forEach((reason) => assert.match(reason, /Abandoned/));
+  assert.deepEqual([found.name, found.now, found.told], ['third.ndf', found.vertices, []]);
+});
+
+test('small meshes have as many modes as vertices, and further modes are kept', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    await viewer.open(files.mesh, 'mesh.obj');
+    await viewer.showMode(9);
+    const small = [viewer.view, viewer.lastMode];
+    await viewer.open(files.model, 'model.ndf');
+    await viewer.showMode(20);
+    const started = viewer.lastMode;
+    const [a, b] = [await viewer.modes(40), await viewer.modes(21)];
+    return { small, started, kept: a.functions[20] === b.functions[20], counts: [a.values.length, b.values.length] };
+  });
+  assert.deepEqual(found, { small: [{ kind: 'mode', index: 3 }, 3], started: 39, kept: true, counts: [40, 21] });
+});
+
+test('an element that is taken out and put back shows what it showed', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    const { default_edge_length: usual } = await viewer.open(files.model, 'model.ndf');
+    const { report } = await viewer.setEdgeLength(1.5 * usual);
+    viewer.remove();
+    let changes = 0;
+    viewer.addEventListener('ndf-change', () => changes++);
+    document.body.append(viewer);
+    while (changes === 0) await new Promise((resolve) => setTimeout(resolve, 20));
+    // A press of a key is heard once.
+    const [before, after] = [viewer.report.vertices, report.vertices];
+    let asked = 0;
+    viewer.addEventListener('ndf-busy', ({ detail }) => (asked += detail === 'measuring'));
+    viewer.shadowRoot.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter' }));
+    const other = new NdfViewer();
+    other.setAttribute('src', '/model.ndf');
+    let began = 0;
+    other.addEventListener('ndf-busy', () => began++);
+    document.body.append(other);
+    other.remove();
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    return { before, after, asked, began };
+  });
+  assert.deepEqual([found.before, found.asked, found.began], [found.after, 1, 0]);
+});
+
+test('a freed Worker rejects, and meshes far from the origin are drawn and picked', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    const surface = await WorkerSurface.open(files.mesh, 'mesh.obj');
+    surface.free();
+    const freed = await failure(surface.report());
+    document.body.append(viewer);
+    const far = new TextDecoder().decode(files.mesh).replaceAll(/^v (\d) /gm, (_, x) => `v ${5e6 + 0.01 * x} `);
+    await viewer.open(new TextEncoder().encode(far.replaceAll(/^(v \S+) (\d) (\d)/gm, (_, x, y, z) => `${x} ${0.01 * y} ${0.01 * z}`)), 'far.obj');
+    const { left, top, width, height } = viewer.getBoundingClientRect();
+    const picked = viewer.pick(left + width / 2, top + height / 2);
+    const nearest = [[5e6, 0, 0], [5e6 + 0.01, 0, 0], [5e6, 0.01, 0], [5e6, 0, 0.01]].map((place) => viewer.nearest(place));
+    return { freed, picked, nearest };
+  });
+  assert.match(found.freed, /Abandoned/);
+  assert.ok(Number.isInteger(found.picked));
+  assert.deepEqual(found.nearest, [0, 1, 2, 3]);
+});
+
+test('after a trap another Worker goes on', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    const answer = "{ id, ...(open ? { result: {} } : { error: 'broke off', isTrapped: true }) }";
+    const code = URL.createObjectURL(new Blob([`onmessage = ({ data: { id, open } }) => postMessage(${answer})`]));
+    let started = 0;
+    const worker = () => {
+      started++;
+      return new Worker(code);
+    };
+    const surface = await WorkerSurface.open(files.mesh, 'mesh.obj', { worker });
+    return { told: [await failure(surface.report()), await failure(surface.report())], started };
+  });
+  assert.deepEqual(found, { told: Array(2).fill('Error: broke off'), started: 3 });
 });

@@ -9,7 +9,11 @@ export function toBase64Url(bytes: Uint8Array): string {
 
 /** The bytes of base64url. */
 export function fromBase64Url(text: string): Uint8Array {
-  return Uint8Array.from(atob(text.replaceAll('-', '+').replaceAll('_', '/')), (c) => c.charCodeAt(0));
+  try {
+    return Uint8Array.from(atob(text.replaceAll('-', '+').replaceAll('_', '/')), (c) => c.charCodeAt(0));
+  } catch {
+    throw new Error('the model in the link is damaged');
+  }
 }
 
 /** The model in a fragment, if there is one. */
@@ -18,6 +22,9 @@ export function modelIn(fragment: string): { bytes: Uint8Array; name: string } |
   const model = parameters.get('m');
   return model === null ? undefined : { bytes: fromBase64Url(model), name: parameters.get('n') ?? 'model.ndf' };
 }
+
+/** Whether this page has an address to link to: in a frame that holds its text it has none. */
+export const hasAddress = location.protocol !== 'about:';
 
 /** This page with a model in its fragment. */
 export function linkTo(bytes: Uint8Array, name: string): string {

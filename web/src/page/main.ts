@@ -1,5 +1,6 @@
+import { Abandoned } from '../client.js';
 import { NdfViewer, type Up } from '../viewer.js';
-import { linkTo, modelIn } from './link.js';
+import { hasAddress, linkTo, modelIn } from './link.js';
 import { Panel } from './panel.js';
 import workerCode from 'worker:../worker.ts';
 
@@ -93,10 +94,8 @@ class Page {
   }
 
   async open(input: Input): Promise<void> {
-    if (input.edge_length) this.viewer.setAttribute('edge-length', String(input.edge_length));
     if (input.up) this.viewer.up = input.up;
-    await this.viewer.open(input.bytes, input.name);
-    this.viewer.removeAttribute('edge-length');
+    await this.viewer.open(input.bytes, input.name, { edgeLength: input.edge_length ?? undefined });
     document.title = `${input.name} – ndf`;
     this.#header.querySelector('h1')!.textContent = input.name;
     this.#empty.hidden = true;
@@ -107,6 +106,19 @@ class Page {
     if (notes.length > 0) this.tell(notes.join('; '));
     if (input.scalar) await this.viewer.showScalar(input.scalar);
     if (input.source) await this.viewer.showDistances(this.viewer.nearest(input.source));
+  }
+
+  /** Opens the model in the fragment; whether there is one that can be shown. */
+  async openLinked(): Promise<boolean> {
+    try {
+      const linked = modelIn(location.hash);
+      if (linked) await this.open(linked);
+      return linked !== undefined;
+    } catch (error) {
+      this.tell(error);
+      // What was opened in the meantime is shown.
+      return error instanceof Abandoned;
+    }
   }
 
   /** Waits for a file to be dropped. */
@@ -128,7 +140,7 @@ class Page {
 
   /** Tells of something for some seconds. */
   tell(error: unknown): void {
-    if (error instanceof Error && error.name === 'Abandoned') return;
+    if (error instanceof Abandoned) return;
     this.#toast.textContent = error instanceof Error ? error.message : String(error);
     this.#toast.hidden = false;
     clearTimeout(this.#hiding);
@@ -206,7 +218,7 @@ class Page {
       m: () => this.#show('mode'),
       s: () => this.#show('scalar'),
       p: () => void this.#save('png'),
-      l: () => void this.#save('link'),
+      ...(hasAddress && { l: () => void this.#save('link') }),
       '[': () => this.#panel.step(-1),
       ']': () => this.#panel.step(1),
       ',': () => this.#nextMode(-1),
@@ -239,15 +251,12 @@ class Page {
       const file = event.dataTransfer?.files[0];
       if (file) void this.#openFile(file);
     });
-    addEventListener('hashchange', () => {
-      const linked = modelIn(location.hash);
-      if (linked) void this.#try(() => this.open(linked));
-    });
+    addEventListener('hashchange', () => void this.openLinked());
   }
 
   #nextMode(step: number): void {
     const { view } = this.viewer;
-    if (view.kind === 'mode') void this.#try(() => this.viewer.showMode(Math.max(0, view.index + step)));
+    if (view.kind === 'mode') void this.#try(() => this.viewer.showMode(Math.min(view.index + step, this.viewer.lastMode)));
     else this.#show('mode');
   }
 }
@@ -273,14 +282,16 @@ export async function start(wasm: Uint8Array<ArrayBuffer>, input: Input | undefi
   const url = URL.createObjectURL(new Blob([workerCode], { type: 'text/javascript' }));
   NdfViewer.workerOptions = { worker: () => new Worker(url), wasm: compiled };
   const page = new Page();
-  const shown = modelIn(location.hash) ?? input;
-  if (!shown) page.waitForFile();
-  else {
-    await page.open(shown).catch((error: unknown) => {
-      page.waitForFile();
-      page.tell(error);
-      throw error;
-    });
+  if (!(await page.openLinked())) {
+    if (!input) page.waitForFile();
+    else {
+      await page.open(input).catch((error: unknown) => {
+        if (error instanceof Abandoned) return;
+        page.waitForFile();
+        page.tell(error);
+        throw error;
+      });
+    }
   }
   return programming(page.viewer);
 }

@@ -1,5 +1,6 @@
-import { MODES, type NdfViewer } from '../viewer.js';
+import type { NdfViewer } from '../viewer.js';
 import { readable } from '../viewer/colours.js';
+import { hasAddress } from './link.js';
 
 /** What a page says and asks beside the picture. */
 const MARKUP = /* html */ `
@@ -19,7 +20,7 @@ const MARKUP = /* html */ `
     <dl id="path" hidden><dt>Path</dt><dd></dd></dl>
   </div>
   <div id="of-mode" hidden>
-    <div class="row"><input id="mode" type="range" min="0" max="${MODES - 1}" step="1" aria-label="Mode"><output id="mode-now" for="mode"></output></div>
+    <div class="row"><input id="mode" type="range" min="0" step="1" aria-label="Mode"><output id="mode-now" for="mode"></output></div>
   </div>
   <div id="of-scalar" hidden><div class="row"><select id="scalar" aria-label="Stored scalar"></select></div></div>
   <div class="row"><label class="check"><input type="checkbox" id="wireframe">Wireframe</label></div>
@@ -71,6 +72,7 @@ export class Panel {
     for (const button of this.element.querySelectorAll<HTMLButtonElement>('[data-save]')) {
       button.addEventListener('click', () => wishes.save(button.dataset['save']!));
     }
+    this.element.querySelector<HTMLElement>('[data-save="link"]')!.hidden = !hasAddress;
     const mode = this.#get<HTMLInputElement>('mode');
     mode.addEventListener('input', () => viewer.showMode(Number(mode.value)).catch(wishes.failed));
     const scalar = this.#get<HTMLSelectElement>('scalar');
@@ -136,7 +138,9 @@ export class Panel {
     this.#get('path').hidden = !path;
     if (path) this.#get('path').querySelector('dd')!.textContent = readable(path.length);
     if (view.kind === 'mode') {
-      this.#get<HTMLInputElement>('mode').value = String(view.index);
+      const mode = this.#get<HTMLInputElement>('mode');
+      mode.max = String(this.viewer.lastMode);
+      mode.value = String(view.index);
       this.#get('mode-now').textContent = String(view.index);
     }
     if (view.kind === 'scalar') this.#get<HTMLSelectElement>('scalar').value = view.name;

@@ -12,6 +12,25 @@ export type View =
   | { kind: 'mode'; index: number }
   | { kind: 'scalar'; name: string };
 
+/** A mesh to be shown. */
+type Shown = Extracted & { positions: Float64Array };
+
+/** A file, and the length of the edges it is shown with. */
+interface Opened {
+  bytes: Uint8Array;
+  name: string;
+  edgeLength?: number | undefined;
+}
+
+/** An edge length that was asked for, and whoever waits for its mesh. */
+interface Wanted {
+  length: number | undefined;
+  relative: boolean;
+  isFinal: boolean;
+  resolve(mesh: Extracted): void;
+  reject(error: unknown): void;
+}
+
 /** How many modes are computed when the first is asked for. */
 export const MODES = 20;
 
@@ -50,18 +69,20 @@ export class NdfViewer extends HTMLElement {
   #stage: Stage | undefined;
   #surface: WorkerSurface | undefined;
   #description: Description | undefined;
-  #bytes: Uint8Array = new Uint8Array();
+  #file: Opened | undefined;
+  /** Counts what was opened: only the last is shown. */
+  #openings = 0;
   #report: Report | undefined;
   #view: View = { kind: 'plain' };
   #source: number | undefined;
   #target: number | undefined;
   #path: GeodesicPath | undefined;
   #values: NamedValues | undefined;
-  #modes: Modes | undefined;
+  #modes: { count: number; found: Promise<Modes> } | undefined;
   /** Counts what was asked for, so that answers to earlier questions are not shown. */
   #asked = 0;
-  #wanted: { length: number | undefined; relative: boolean; isFinal: boolean } | undefined;
-  #extraction: Promise<void> | undefined;
+  #wanted: Wanted | undefined;
+  #isExtracting = false;
   /** Seconds of an extraction for edges of unit length: they grow as the square of the fineness. */
   #effort = 0;
   #readied = new Set<() => void>();
@@ -81,6 +102,7 @@ export class NdfViewer extends HTMLElement {
     this.#canvas = root.querySelector('canvas')!;
     this.#legend = root.querySelector('.legend')!;
     this.#message = root.querySelector('.message')!;
+    this.#listen();
   }
 
   connectedCallback(): void {
@@ -93,27 +115,39 @@ export class NdfViewer extends HTMLElement {
     this.#setTheme();
     this.#darkness.addEventListener('change', this.#setTheme);
     this.#resizing.observe(this);
-    this.#listen();
     const up = this.getAttribute('up');
     if (up) this.up = up as Up;
     this.wireframe = this.hasAttribute('wireframe');
-    if (this.hasAttribute('src')) void this.#load();
+    if (this.#file) void this.#begin(this.#file);
+    else if (this.hasAttribute('src')) void this.#begin(this.#fetched());
   }
 
   disconnectedCallback(): void {
     this.#darkness.removeEventListener('change', this.#setTheme);
     this.#resizing.disconnect();
-    this.#surface?.free();
-    this.#surface = undefined;
+    // It is opened again as it was.
+    if (this.#file && this.#report) this.#file = { ...this.#file, edgeLength: this.#report.target_edge_length };
+    this.#close();
     this.#stage?.dispose();
     this.#stage = undefined;
   }
 
+  /** Gives up what is asked of the surface, and the surface. */
+  #close(): void {
+    this.#wanted?.reject(new Abandoned());
+    this.#wanted = undefined;
+    this.#surface?.free();
+    this.#surface = undefined;
+  }
+
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
-    if (!this.isConnected || before === after || !this.#stage) return;
-    if (name === 'src') void this.#load();
-    if (name === 'edge-length' && after !== null) this.#try(this.setEdgeLength(Number(after)));
-    if (name === 'source' && after !== null) this.#try(this.showDistances(Number(after)));
+    if (before === after) return;
+    if (name === 'src' && !this.isConnected) this.#file = undefined;
+    if (!this.isConnected || !this.#stage) return;
+    if (name === 'src' && after !== null) void this.#begin(this.#fetched());
+    // Before anything is open they are only noted: opening reads them.
+    if (name === 'edge-length' && after !== null && this.#surface) this.#try(this.setEdgeLength(Number(after)));
+    if (name === 'source' && after !== null && this.#surface) this.#try(this.showDistances(Number(after)));
     if (name === 'colormap') this.#paint();
     if (name === 'up' && after !== null) this.up = after as Up;
     if (name === 'wireframe') this.wireframe = after !== null;
@@ -130,16 +164,25 @@ export class NdfViewer extends HTMLElement {
     this.dispatchEvent(new CustomEvent('ndf-error', { detail: message }));
   }
 
-  async #load(): Promise<void> {
+  async #fetched(): Promise<Opened> {
     const src = this.getAttribute('src')!;
+    const response = await fetch(src);
+    if (!response.ok) throw new Error(`${src}: the server answers ${response.status}`);
+    const name = src.split(/[?#]/, 1)[0]!.split('/').pop() ?? src;
+    return { bytes: new Uint8Array(await response.arrayBuffer()), name };
+  }
+
+  /** Opens a file that nobody waits for, unless another is opened or the element is taken away while it comes. */
+  async #begin(file: Opened | Promise<Opened>): Promise<void> {
+    const opening = ++this.#openings;
     try {
-      const response = await fetch(src);
-      if (!response.ok) throw new Error(`${src}: the server answers ${response.status}`);
-      const name = src.split(/[?#]/, 1)[0]!.split('/').pop() ?? src;
-      await this.open(new Uint8Array(await response.arrayBuffer()), name);
+      const come = await file;
+      if (opening !== this.#openings || !this.isConnected) return;
+      await this.#open(opening, come);
       const source = this.getAttribute('source');
       if (source !== null) await this.showDistances(Number(source));
     } catch (error) {
+      if (error instanceof Abandoned || opening !== this.#openings) return;
       this.#say(error instanceof Error ? error.message : String(error));
     }
   }
@@ -159,29 +202,44 @@ export class NdfViewer extends HTMLElement {
     if (this.#stage) this.#stage.theme = theme;
   };
 
-  /** Shows a model or a mesh. The file is kept for {@link NdfViewer.bytes}. */
-  async open(bytes: Uint8Array, name: string): Promise<Description> {
-    const opened = await this.#busy('opening', () => WorkerSurface.open(bytes, name, NdfViewer.workerOptions));
-    const description = await opened.describe();
-    this.#surface?.free();
-    this.#surface = opened;
-    this.#bytes = bytes;
-    this.#description = description;
-    this.#report = undefined;
-    this.#view = { kind: 'plain' };
-    this.#asked++;
-    this.#effort = 0;
-    if (this.#stage) this.#say(undefined);
-    const length = this.getAttribute('edge-length');
-    if (description.kind === 'model' && length !== null && Number(length) > 0) {
-      await this.setEdgeLength(Number(length));
-    } else {
-      const [mesh, report] = await this.#busy('opening', () => Promise.all([opened.mesh(), opened.report()]));
-      this.#shown({ ...mesh, report }, false);
-    }
-    this.#readied.forEach((resolve) => resolve());
-    this.#readied.clear();
-    return description;
+  /**
+   * Shows a model or a mesh, a model with edges of this length or of that of the attribute. The file is kept for
+   * {@link NdfViewer.bytes}, and shown once the element is in a document. Of several that are being opened the last is shown;
+   * the others reject ({@link Abandoned}).
+   */
+  open(bytes: Uint8Array, name: string, { edgeLength }: { edgeLength?: number | undefined } = {}): Promise<Description> {
+    return this.#open(++this.#openings, { bytes, name, edgeLength });
+  }
+
+  #open(opening: number, file: Opened): Promise<Description> {
+    const { bytes, name, edgeLength } = file;
+    return this.#busy('opening', async () => {
+      const surface = await WorkerSurface.open(bytes, name, NdfViewer.workerOptions);
+      try {
+        const length = edgeLength ?? Number(this.getAttribute('edge-length'));
+        const mesh = await firstMesh(surface, length);
+        if (opening !== this.#openings) throw new Abandoned();
+        this.#close();
+        this.#file = file;
+        this.#description = surface.description;
+        this.#report = undefined;
+        this.#view = { kind: 'plain' };
+        this.#effort = 0;
+        if (this.isConnected) this.#surface = surface;
+        // Connection opens it again.
+        else surface.free();
+        if (this.#stage) this.#say(undefined);
+        await this.#shown(mesh, false);
+      } catch (error) {
+        surface.free();
+        throw error;
+      }
+      if (this.isConnected) {
+        this.#readied.forEach((resolve) => resolve());
+        this.#readied.clear();
+      }
+      return surface.description;
+    });
   }
 
   /** Resolves when a surface is shown. */
@@ -202,7 +260,7 @@ export class NdfViewer extends HTMLElement {
 
   /** The file that is open. */
   get bytes(): Uint8Array {
-    return this.#bytes;
+    return this.#file?.bytes ?? new Uint8Array();
   }
 
   /** What the colours mean. */
@@ -258,7 +316,9 @@ export class NdfViewer extends HTMLElement {
     this.dispatchEvent(new CustomEvent('ndf-change'));
   }
 
+  /** How much runs or waits, and how much of it is for files: that is not given up. */
   #working = 0;
+  #writing = 0;
 
   async #busy<T>(what: string, work: () => Promise<T>): Promise<T> {
     this.#working++;
@@ -273,59 +333,56 @@ export class NdfViewer extends HTMLElement {
 
   /**
    * Shows a mesh of the model with this edge length, in the units of the file or in the model's box. While one is being
-   * dragged (`isFinal` false) a mesh is shown that is coarse enough to be there at once, and only the last one asked for.
+   * dragged (`isFinal` false) a mesh is shown that is coarse enough to be there at once, and only the last one asked for: the
+   * calls it overtakes reject ({@link Abandoned}).
    */
-  async setEdgeLength(length: number | undefined, { isFinal = true, relative = false } = {}): Promise<Extracted | undefined> {
+  async setEdgeLength(length: number | undefined, { isFinal = true, relative = false } = {}): Promise<Extracted> {
     const surface = this.#opened();
-    // Nobody waits for what is no longer wanted.
-    if (this.#working > 0) surface.abandon();
-    this.#wanted = { length, relative, isFinal };
-    this.#extraction ??= this.#extractWanted().finally(() => (this.#extraction = undefined));
-    await this.#extraction;
-    return this.#extracted;
+    if (this.#working > 0 && this.#writing === 0) surface.abandon();
+    this.#wanted?.reject(new Abandoned());
+    return new Promise((resolve, reject) => {
+      this.#wanted = { length, relative, isFinal, resolve, reject };
+      void this.#extractWanted();
+    });
   }
 
-  #extracted: Extracted | undefined;
-
   async #extractWanted(): Promise<void> {
+    if (this.#isExtracting) return;
+    this.#isExtracting = true;
     while (this.#wanted) {
-      const { length, relative, isFinal } = this.#wanted;
+      const { length, relative, isFinal, resolve, reject } = this.#wanted;
       this.#wanted = undefined;
       const coarsest = Math.sqrt(this.#effort / DRAG_SECONDS);
       const inUnits = length !== undefined && relative ? length * (this.#description?.scale ?? 1) : length;
       const used = isFinal || inUnits === undefined ? length : Math.max(inUnits, coarsest);
       try {
-        const options = { report: isFinal, relative: relative && isFinal };
-        const work = () => this.#opened().extract(used, options);
+        const options = { report: isFinal, relative: relative && isFinal, positions: true };
+        const work = () => this.#opened().extract(used, options) as Promise<Shown>;
         const found = isFinal ? await this.#busy('extracting', work) : await work();
         const asked = found.report.target_edge_length ?? used;
         if (asked) this.#effort = found.report.seconds * asked * asked;
-        this.#extracted = found;
         await this.#shown(found, isFinal);
+        resolve(found);
       } catch (error) {
-        if (!(error instanceof Abandoned && this.#wanted)) throw error;
+        reject(error);
       }
     }
+    this.#isExtracting = false;
   }
 
   /** Shows a mesh in the place of the one before, and on it what was shown before. */
-  async #shown({ vertices, faces, report }: Extracted, isFinal: boolean): Promise<void> {
+  async #shown({ positions, faces, report }: Shown, isFinal: boolean): Promise<void> {
     const stage = this.#stage;
     if (!stage) return;
     const placeOf = (vertex: number | undefined) => (vertex === undefined ? undefined : stage.position(vertex));
     const places = this.#report ? [placeOf(this.#source), placeOf(this.#target)] : [];
-    stage.setMesh(vertices, faces, this.#report !== undefined);
+    stage.setMesh(positions, faces, this.#report !== undefined);
     const found = (place: Vector3 | undefined) => (place ? stage.nearest(place) : undefined);
-    this.#source = found(places[0]);
-    this.#target = found(places[1]);
+    const [source, target] = places.map(found);
     this.#report = report;
     this.#asked++;
     this.#modes = undefined;
-    this.#values = undefined;
-    this.#path = undefined;
-    stage.setPath(undefined);
-    this.#mark();
-    this.#paint();
+    this.#present(this.#view, undefined, source, target);
     this.#changed();
     if (isFinal || this.#view.kind === 'scalar') await this.#repeat();
   }
@@ -352,29 +409,28 @@ export class NdfViewer extends HTMLElement {
     return result;
   }
 
-  /** Shows the surface without colours. */
-  showPlain(): void {
-    this.#asked++;
-    this.#view = { kind: 'plain' };
-    this.#values = undefined;
-    this.#source = this.#target = this.#path = undefined;
+  /** Gives the colours a meaning, and takes away what belonged to the one before. */
+  #present(view: View, values?: NamedValues, source?: number, target?: number): void {
+    this.#view = view;
+    this.#values = values;
+    this.#source = source;
+    this.#target = target;
+    this.#path = undefined;
     this.#stage?.setPath(undefined);
     this.#mark();
     this.#paint();
+  }
+
+  /** Shows the surface without colours. */
+  showPlain(): void {
+    this.#asked++;
+    this.#present({ kind: 'plain' });
     this.#changed();
   }
 
   /** Shows the exact distances from a vertex, with isolines. */
   showDistances(vertex: number): Promise<Float32Array> {
-    const show = (values: Float32Array) => {
-      this.#view = { kind: 'distance' };
-      this.#source = vertex;
-      this.#target = this.#path = undefined;
-      this.#values = { name: 'distance', values };
-      this.#stage?.setPath(undefined);
-      this.#mark();
-      this.#paint();
-    };
+    const show = (values: Float32Array) => this.#present({ kind: 'distance' }, { name: 'distance', values }, vertex);
     return this.#ask('measuring', () => this.#opened().geodesic(vertex), show);
   }
 
@@ -392,21 +448,33 @@ export class NdfViewer extends HTMLElement {
 
   /** The first modes, which are kept. */
   async modes(count: number): Promise<Modes> {
-    if (this.#modes?.functions.length !== count) {
-      this.#modes = await this.#busy('computing modes', () => this.#opened().modes(count));
+    if (!(this.#modes && this.#modes.count >= count)) {
+      const asked = { count, found: this.#busy('computing modes', () => this.#opened().modes(count)) };
+      this.#modes = asked;
+      asked.found.catch(() => {
+        if (this.#modes === asked) this.#modes = undefined;
+      });
     }
-    return this.#modes;
+    const { values, functions } = await this.#modes.found;
+    return { values: values.slice(0, count), functions: functions.slice(0, count) };
   }
 
-  /** Shows a mode of the Laplacian, counted from 0. */
-  showMode(index: number): Promise<Modes> {
+  /** The last mode of those that are at hand, or are computed when the first is asked for. */
+  get lastMode(): number {
+    return Math.max(this.#modes?.count ?? 0, Math.min(MODES, this.#report?.vertices ?? 0)) - 1;
+  }
+
+  /** Shows a mode of the Laplacian, counted from 0, or the first or last where there is no such mode. */
+  showMode(wanted: number): Promise<Modes> {
     const vertices = this.#report?.vertices ?? 0;
-    const count = Math.min(Math.max(MODES, index + 1), vertices);
+    const index = Math.max(0, Math.min(wanted, vertices - 1));
+    // Twice as many when they do not suffice: whoever goes on one by one does not wait each time.
+    const enough = MODES * 2 ** Math.max(0, Math.ceil(Math.log2((index + 1) / MODES)));
+    const count = Math.min(enough, vertices);
     const show = ({ values, functions }: Modes) => {
-      this.#view = { kind: 'mode', index };
-      this.#values = { name: `mode_${String(index).padStart(2, '0')}`, values: functions[index]! };
       this.#eigenvalue = values[index];
-      this.#paint();
+      const name = `mode_${String(index).padStart(2, '0')}`;
+      this.#present({ kind: 'mode', index }, { name, values: functions[index]! });
     };
     return this.#ask('computing modes', () => this.modes(count), show);
   }
@@ -415,11 +483,7 @@ export class NdfViewer extends HTMLElement {
 
   /** Shows a stored scalar. */
   showScalar(name: string): Promise<Float32Array> {
-    const show = (values: Float32Array) => {
-      this.#view = { kind: 'scalar', name };
-      this.#values = { name, values };
-      this.#paint();
-    };
+    const show = (values: Float32Array) => this.#present({ kind: 'scalar', name }, { name, values });
     return this.#ask('reading', () => this.#opened().scalar(name), show);
   }
 
@@ -468,15 +532,14 @@ export class NdfViewer extends HTMLElement {
     return this.#stage.screenshot();
   }
 
-  /** As {@link NdfViewer.screenshot}. */
-  toBlob(): Promise<Blob> {
-    return this.screenshot();
-  }
-
-  /** The mesh as a file, with its scalars and the values that are shown. */
+  /** The mesh as a file, with its scalars and the values that are shown, which colour it. */
   async exportFile(format: FileFormat): Promise<Uint8Array> {
-    const shown = this.#view.kind === 'scalar' ? undefined : this.#values;
-    return this.#busy('writing', () => this.#opened().file(format, shown));
+    this.#writing++;
+    try {
+      return await this.#busy('writing', () => this.#opened().file(format, this.#values));
+    } finally {
+      this.#writing--;
+    }
   }
 
   /** The mesh as binary glTF, with its scalars. */
@@ -541,6 +604,15 @@ export class NdfViewer extends HTMLElement {
       action();
     });
   }
+}
+
+/** What is shown first: the mesh of the file, or that of a model with edges of this length. */
+async function firstMesh(surface: WorkerSurface, length: number): Promise<Shown> {
+  if (surface.description.kind === 'model' && length > 0) {
+    return (await surface.extract(length, { positions: true })) as Shown;
+  }
+  const [mesh, positions, report] = await Promise.all([surface.mesh(), surface.positions(), surface.report()]);
+  return { ...mesh, positions, report };
 }
 
 if (!customElements.get('ndf-viewer')) customElements.define('ndf-viewer', NdfViewer);

@@ -82,6 +82,11 @@ export class SurfaceMaterial extends ShaderMaterial {
     });
   }
 
+  override dispose(): void {
+    (this.uniforms['scale']!.value as DataTexture).dispose();
+    super.dispose();
+  }
+
   set plain(colour: string) {
     (this.uniforms['plain']!.value as Color).set(colour);
   }

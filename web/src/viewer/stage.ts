@@ -1,5 +1,5 @@
 import {
-  BufferAttribute, Color, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, MeshBasicMaterial, PerspectiveCamera,
+  Box3, BufferAttribute, Color, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, MeshBasicMaterial, PerspectiveCamera,
   Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer, type BufferGeometry, type Sphere,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
@@ -39,12 +39,15 @@ export class Stage {
   readonly #wires: Mesh<BufferGeometry, MeshBasicMaterial>;
   readonly #path: Mesh<InstancedBufferGeometry, LineMaterial>;
   readonly #marks: Mesh[] = [];
+  readonly #sphere = new SphereGeometry(1, 20, 12);
+  /** What is drawn is relative to this place: in single precision surfaces far from the origin would lose their shape. */
+  readonly #centre = new Vector3();
   #bounds: Sphere | undefined;
   #up: Up = 'y';
   #insets = { right: 0, bottom: 0 };
   /** Whether the view is the one of the beginning, which fits the picture whatever its size. */
   #isFramed = true;
-  #isAsked = false;
+  #asked: number | undefined;
 
   /** @throws where there is no WebGL 2. */
   constructor(readonly canvas: HTMLCanvasElement) {
@@ -83,24 +86,35 @@ export class Stage {
   }
 
   /** Shows triangles. The view is kept, unless they are the first or another thing. */
-  setMesh(vertices: Float32Array, faces: Uint32Array, keepView: boolean): void {
+  setMesh(positions: Float64Array, faces: Uint32Array, keepView: boolean): void {
+    const isKept = keepView && this.#bounds !== undefined;
+    if (!isKept) new Box3().setFromArray(positions).getCenter(this.#centre);
     this.#surface.geometry.dispose();
-    const geometry = toGeometry(vertices, faces);
-    geometry.setAttribute('value', new BufferAttribute(new Float32Array(vertices.length / 3), 1));
-    geometry.computeBoundingSphere();
+    const geometry = toGeometry(this.#drawn(positions), faces);
+    geometry.setAttribute('value', new BufferAttribute(new Float32Array(positions.length / 3), 1));
     this.#surface.geometry = this.#wires.geometry = geometry;
-    if (!keepView || !this.#bounds) {
+    if (!isKept) {
+      geometry.computeBoundingSphere();
       this.#bounds = geometry.boundingSphere!.clone();
       this.frame();
     }
     this.setValues(undefined);
   }
 
+  /** Places as they are drawn. */
+  #drawn(places: Float64Array): Float32Array {
+    const centre = this.#centre.toArray();
+    return Float32Array.from(places, (x, i) => x - centre[i % 3]!);
+  }
+
   /** Colours the surface by values at its vertices, with isolines; nothing for the plain surface. */
   setValues(values: Float32Array | undefined, scale?: ColourScale, spacing = 0): void {
+    const attribute = this.#surface.geometry.getAttribute('value') as BufferAttribute;
+    if (values && values.length !== attribute.count) {
+      throw new Error(`${values.length} values are not those of ${attribute.count} vertices`);
+    }
     this.#material.colourBy(values && scale, spacing);
     if (values) {
-      const attribute = this.#surface.geometry.getAttribute('value') as BufferAttribute;
       (attribute.array as Float32Array).set(values.map((value) => (Number.isFinite(value) ? value : NO_VALUE)));
       attribute.needsUpdate = true;
     }
@@ -119,10 +133,9 @@ export class Stage {
   /** Marks these vertices. */
   setMarks(vertices: number[]): void {
     this.#marks.splice(0).forEach((mark) => this.#scene.remove(mark));
-    const geometry = new SphereGeometry(1, 20, 12);
     for (const vertex of vertices) {
-      const mark = new Mesh(geometry, this.#markMaterial);
-      mark.position.copy(this.position(vertex));
+      const mark = new Mesh(this.#sphere, this.#markMaterial);
+      mark.position.copy(this.#drawnVertex(vertex));
       this.#marks.push(mark);
       this.#scene.add(mark);
     }
@@ -137,7 +150,7 @@ export class Stage {
       const corners = new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]);
       geometry.setAttribute('position', new BufferAttribute(corners, 3));
       geometry.setIndex([0, 1, 2, 0, 2, 3]);
-      const places = Float32Array.from(points);
+      const places = this.#drawn(points);
       geometry.setAttribute('from', new InstancedBufferAttribute(places.slice(0, -3), 3));
       geometry.setAttribute('to', new InstancedBufferAttribute(places.slice(3), 3));
       geometry.instanceCount = points.length / 3 - 1;
@@ -149,15 +162,20 @@ export class Stage {
 
   /** The place of a vertex. */
   position(vertex: number): Vector3 {
+    return this.#drawnVertex(vertex).add(this.#centre);
+  }
+
+  #drawnVertex(vertex: number): Vector3 {
     return new Vector3().fromBufferAttribute(this.#surface.geometry.getAttribute('position'), vertex);
   }
 
   /** The vertex nearest to a place. O(n). */
   nearest(place: Vector3): number {
     const positions = this.#surface.geometry.getAttribute('position').array;
+    const { x: a, y: b, z: c } = place.clone().sub(this.#centre);
     let [nearest, least] = [0, Infinity];
     for (let v = 0; 3 * v < positions.length; v++) {
-      const [x, y, z] = [positions[3 * v]! - place.x, positions[3 * v + 1]! - place.y, positions[3 * v + 2]! - place.z];
+      const [x, y, z] = [positions[3 * v]! - a, positions[3 * v + 1]! - b, positions[3 * v + 2]! - c];
       const distance = x * x + y * y + z * z;
       if (distance < least) [nearest, least] = [v, distance];
     }
@@ -173,7 +191,7 @@ export class Stage {
     const hit = ray.intersectObject(this.#surface)[0];
     if (!hit?.face) return undefined;
     const corners = [hit.face.a, hit.face.b, hit.face.c];
-    const away = (vertex: number) => this.position(vertex).distanceToSquared(hit.point);
+    const away = (vertex: number) => this.#drawnVertex(vertex).distanceToSquared(hit.point);
     return corners.reduce((a, b) => (away(b) < away(a) ? b : a));
   }
 
@@ -263,10 +281,8 @@ export class Stage {
 
   /** Asks for a picture with the next frame of the screen. */
   ask(): void {
-    if (this.#isAsked) return;
-    this.#isAsked = true;
-    requestAnimationFrame(() => {
-      this.#isAsked = false;
+    this.#asked ??= requestAnimationFrame(() => {
+      this.#asked = undefined;
       // Asks again while the camera comes to rest.
       this.#controls.update();
       this.draw();
@@ -305,9 +321,14 @@ export class Stage {
 
   /** Gives the graphics memory back. */
   dispose(): void {
+    if (this.#asked !== undefined) cancelAnimationFrame(this.#asked);
+    for (const { geometry, material } of [this.#surface, this.#wires, this.#path]) {
+      geometry.dispose();
+      material.dispose();
+    }
+    this.#sphere.dispose();
+    this.#markMaterial.dispose();
     this.#controls.dispose();
-    this.#surface.geometry.dispose();
-    this.#path.geometry.dispose();
     this.#renderer.dispose();
   }
 }
