@@ -67,7 +67,7 @@ pub fn remeshed_marching_cubes(
     progress: &dyn Progress,
 ) -> Result<Isosurface, MarchingError> {
     let surface = marching_cubes(field, options, progress)?;
-    let isotropic = IsotropicOptions { edge_length: surface.cell, rounds: ROUNDS };
+    let isotropic = IsotropicOptions { rounds: ROUNDS, ..IsotropicOptions::with_edges_of(surface.cell) };
     let mesh = remesh_isotropically(&surface.mesh, None, &isotropic, progress)?;
     Ok(Isosurface { mesh, ..surface })
 }

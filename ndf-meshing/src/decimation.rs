@@ -25,12 +25,17 @@ pub struct DecimationOptions {
     /// No face gets a quality (4 √3 area / sum of squared sides, 1 for an equilateral triangle) below this, unless
     /// it comes from faces that were worse. From 0 to 1; larger values cost closeness.
     pub min_quality: f64,
+    /// Leave the boundary as it is: all of its vertices, where they are.
+    pub keep_boundary: bool,
+    /// Keep creases: edges at which the normals of the faces are farther apart than this angle, in radians. Their vertices go
+    /// only along them, and where creases end or meet stay.
+    pub crease_angle: Option<f64>,
 }
 
 impl DecimationOptions {
     /// The usual options for so many faces.
     pub fn to_faces(faces: usize) -> Self {
-        Self { faces, boundary_weight: 10.0, min_quality: 0.1 }
+        Self { faces, boundary_weight: 10.0, min_quality: 0.1, keep_boundary: false, crease_angle: None }
     }
 }
 
@@ -70,24 +75,17 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
         return Decimated { mesh: mesh.clone(), births, reached: true, collapses: 0, largest_cost: 0.0 };
     }
     let mut work = Decimation::new(mesh, options);
-    work.run(mesh.face_count(), progress);
-    let reached = work.mesh.face_count() <= options.faces;
-    let center = work.center;
-    work.mesh.positions.iter_mut().for_each(|p| *p += center);
-    Decimated {
-        births: work.mesh.faces().filter(|face| !work.mesh.is_hole(face.halfedge(0))).collect(),
-        reached,
-        collapses: work.collapses,
-        largest_cost: work.largest_cost,
-        mesh: work.mesh.into_manifold(),
-    }
+    work.run(options.faces, progress);
+    work.decimated()
 }
 
 /// A collapse in the queue: bits of its cost (which order like the cost, as it is not negative), canonical
 /// half-edge, and the state of that edge it was computed for.
 type Entry = Reverse<(u64, Halfedge, u32)>;
 
-struct Decimation<'a> {
+/// A decimation on its way.
+#[derive(Clone)]
+pub(crate) struct Decimation<'a> {
     options: &'a DecimationOptions,
     /// Positions are relative to `center`.
     mesh: EditableMesh,
@@ -107,10 +105,13 @@ struct Decimation<'a> {
 }
 
 impl<'a> Decimation<'a> {
-    fn new(mesh: &ManifoldMesh, options: &'a DecimationOptions) -> Self {
+    pub(crate) fn new(mesh: &ManifoldMesh, options: &'a DecimationOptions) -> Self {
         let center = mesh.bounds().center();
         let mut work = EditableMesh::new(mesh);
         work.positions.iter_mut().for_each(|p| *p -= center);
+        if let Some(angle) = options.crease_angle {
+            work.mark_creases(angle);
+        }
         let (halfedges, vertices) = (work.halfedge_count(), work.vertex_count());
         let mut this = Self {
             options,
@@ -127,7 +128,8 @@ impl<'a> Decimation<'a> {
         };
         this.gather_quadrics();
         let edges = this.mesh.halfedges().filter(|&h| this.mesh.canonical(h) == h);
-        let entries: Vec<Entry> = edges.collect::<Vec<_>>().into_iter().map(|h| this.entry(h)).collect();
+        let entries: Vec<Entry> =
+            edges.collect::<Vec<_>>().into_iter().filter_map(|h| this.entry(h)).collect();
         this.queue = BinaryHeap::from(entries);
         this
     }
@@ -143,7 +145,8 @@ impl<'a> Decimation<'a> {
                 self.quadrics[v.index()] += quadric;
                 self.areas[v.index()] += area / 3.0;
             }
-            for h in face.halfedges().into_iter().filter(|&h| self.mesh.twin(h).is_none()) {
+            let is_held = |h: &Halfedge| self.mesh.twin(*h).is_none() || self.mesh.is_crease(*h);
+            for h in face.halfedges().into_iter().filter(is_held) {
                 let ends = [self.mesh.tail(h), self.mesh.tip(h)];
                 let [p, q] = ends.map(|v| self.mesh.position(v));
                 let wall = (q - p).cross(normal).normalize_or_zero();
@@ -154,10 +157,13 @@ impl<'a> Decimation<'a> {
         }
     }
 
-    /// The best collapse of an edge, as it enters the queue.
-    fn entry(&mut self, h: Halfedge) -> Entry {
-        let placement = self.placements_of(h)[0];
-        self.entry_at(h, placement)
+    /// The best collapse of an edge, as it enters the queue; `None` if it may not be collapsed, which is remembered.
+    fn entry(&mut self, h: Halfedge) -> Option<Entry> {
+        let Some([placement, ..]) = self.placements_of(h) else {
+            self.refused.push(h);
+            return None;
+        };
+        Some(self.entry_at(h, placement))
     }
 
     fn entry_at(&mut self, h: Halfedge, placement: DVec3) -> Entry {
@@ -173,30 +179,45 @@ impl<'a> Decimation<'a> {
         quadric.at(placement) + LENGTH_COST * area * length_squared
     }
 
-    /// Where the merged vertex may go, the best first. The boundary does not move inward: a collapse onto it
-    /// ends where it is.
-    fn placements_of(&self, h: Halfedge) -> [DVec3; 4] {
+    /// Where the merged vertex may go, the best first, if anywhere. Boundary and creases do not move aside: a collapse onto
+    /// them ends where they are.
+    fn placements_of(&self, h: Halfedge) -> Option<[DVec3; 4]> {
         let (a, b) = (self.mesh.tail(h), self.mesh.tip(h));
+        if self.options.keep_boundary && self.mesh.is_boundary_vertex(a) && self.mesh.is_boundary_vertex(b) {
+            return None;
+        }
+        if let Some(anchor) = self.mesh.anchor(h)? {
+            return Some([self.mesh.position(anchor); 4]);
+        }
         let (p, q) = (self.mesh.position(a), self.mesh.position(b));
-        match (self.mesh.is_boundary_vertex(a), self.mesh.is_boundary_vertex(b)) {
-            (true, false) => [p; 4],
-            (false, true) => [q; 4],
-            _ => {
-                let quadric = self.quadrics[a.index()] + self.quadrics[b.index()];
-                let middle = p.midpoint(q);
-                let mut simple = [middle, p, q];
-                simple.sort_by(|&x, &y| quadric.at(x).total_cmp(&quadric.at(y)));
-                let reach = 4.0 * p.distance_squared(q);
-                let best = quadric.minimiser(middle, SOFTNESS, 3);
-                let best = best.filter(|x| x.distance_squared(middle) <= reach).unwrap_or(simple[0]);
-                [best, simple[0], simple[1], simple[2]]
-            }
+        let quadric = self.quadrics[a.index()] + self.quadrics[b.index()];
+        let middle = p.midpoint(q);
+        let mut simple = [middle, p, q];
+        simple.sort_by(|&x, &y| quadric.at(x).total_cmp(&quadric.at(y)));
+        let reach = 4.0 * p.distance_squared(q);
+        let best = quadric.minimiser(middle, SOFTNESS, 3);
+        let best = best.filter(|x| x.distance_squared(middle) <= reach).unwrap_or(simple[0]);
+        Some([best, simple[0], simple[1], simple[2]])
+    }
+
+    /// The mesh as it is now.
+    pub(crate) fn decimated(&self) -> Decimated {
+        let mut mesh = self.mesh.clone();
+        mesh.positions.iter_mut().for_each(|p| *p += self.center);
+        Decimated {
+            births: mesh.faces().filter(|face| !mesh.is_hole(face.halfedge(0))).collect(),
+            reached: mesh.face_count() <= self.options.faces,
+            collapses: self.collapses,
+            largest_cost: self.largest_cost,
+            mesh: mesh.into_manifold(),
         }
     }
 
-    fn run(&mut self, faces_before: usize, progress: &dyn Progress) {
-        let to_remove = (faces_before - self.options.faces) as f64;
-        while self.mesh.face_count() > self.options.faces {
+    /// Decimates to so many faces.
+    pub(crate) fn run(&mut self, faces: usize, progress: &dyn Progress) {
+        let faces_before = self.mesh.face_count();
+        let to_remove = faces_before.saturating_sub(faces) as f64;
+        while self.mesh.face_count() > faces {
             let Some(Reverse((bits, h, state))) = self.queue.pop() else {
                 if self.refill() { continue } else { break }
             };
@@ -228,7 +249,7 @@ impl<'a> Decimation<'a> {
 
     /// Queues the edge once more with the best of its other placements that is sound.
     fn retry(&mut self, h: Halfedge, failed: DVec3) {
-        let all = self.placements_of(h);
+        let all = self.placements_of(h).into_iter().flatten();
         let other = all.into_iter().find(|&x| x != failed && self.is_sound(h, x));
         if let Some(placement) = other {
             self.states[h.index()] += 1;
@@ -246,12 +267,9 @@ impl<'a> Decimation<'a> {
         refused.sort_unstable();
         refused.dedup();
         for h in refused {
-            let sound =
-                self.mesh.is_collapsible(h) && self.placements_of(h).into_iter().any(|x| self.is_sound(h, x));
-            if sound {
-                self.states[h.index()] += 1;
-                let entry = self.entry(h);
-                self.queue.push(entry);
+            let mut placements = self.placements_of(h).into_iter().flatten();
+            if self.mesh.is_collapsible(h) && placements.any(|x| self.is_sound(h, x)) {
+                self.enqueue(h);
             } else {
                 self.refused.push(h);
             }
@@ -295,11 +313,14 @@ impl<'a> Decimation<'a> {
         self.quadrics[a.index()] += merged;
         self.areas[a.index()] += self.areas[b.index()];
         let edges: Vec<Halfedge> = self.mesh.edges_at(a).map(|h| self.mesh.canonical(h)).collect();
-        for h in edges {
-            self.states[h.index()] += 1;
-            let entry = self.entry(h);
-            self.queue.push(entry);
-        }
+        edges.into_iter().for_each(|h| self.enqueue(h));
+    }
+
+    /// Queues the best collapse of an edge in place of earlier ones.
+    fn enqueue(&mut self, h: Halfedge) {
+        self.states[h.index()] += 1;
+        let entry = self.entry(h);
+        self.queue.extend(entry);
     }
 }
 

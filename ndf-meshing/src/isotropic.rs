@@ -1,8 +1,8 @@
 //! Isotropic remeshing (Botsch and Kobbelt 2004): edges of nearly one length and vertices of nearly six.
 //!
 //! Each round splits long edges, collapses short ones, flips towards regular valence, and relaxes the vertices
-//! tangentially with projection back onto the surface. The topology does not change. Creases are not marked
-//! and come out rounded by up to about an edge length.
+//! tangentially with projection back onto the surface. The topology does not change. Creases that are not kept come out
+//! rounded by up to about an edge length.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,7 +12,7 @@ use ndf_core::{DVec3, Progress, Query, Surface};
 use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{Halfedge, ManifoldMesh, Vertex};
 
-use crate::editable_mesh::EditableMesh;
+use crate::editable_mesh::{Constraint, EditableMesh};
 use crate::original::OriginalMesh;
 use crate::remeshing::quality_around;
 use crate::triangle_shape::{agree, cross, quality};
@@ -24,6 +24,16 @@ pub struct IsotropicOptions {
     pub edge_length: f64,
     /// Number of rounds.
     pub rounds: u32,
+    /// Keep creases: edges at which the normals of the faces are farther apart than this angle, in radians. They are split,
+    /// and collapsed along themselves; where they end or meet a vertex stays.
+    pub crease_angle: Option<f64>,
+}
+
+impl IsotropicOptions {
+    /// The usual options for edges of this length: ten rounds, and no creases.
+    pub fn with_edges_of(edge_length: f64) -> Self {
+        Self { edge_length, rounds: 10, crease_angle: None }
+    }
 }
 
 /// Why a mesh was not remeshed.
@@ -66,6 +76,9 @@ pub fn remesh_isotropically(
     let original = surface.is_none().then(|| OriginalMesh::new(mesh));
     let surface = surface.or(original.as_ref().map(|mesh| mesh as &dyn Surface));
     let mut work = EditableMesh::new(mesh);
+    if let Some(angle) = options.crease_angle {
+        work.mark_creases(angle);
+    }
     for round in 0..options.rounds {
         if progress.cancelled() {
             return Err(IsotropicError::Cancelled);
@@ -120,10 +133,12 @@ fn collapse_short(mesh: &mut EditableMesh, least: f64, most: f64) {
             continue;
         }
         let (a, b) = (mesh.tail(h), mesh.tip(h));
-        let place = match (mesh.is_boundary_vertex(a), mesh.is_boundary_vertex(b)) {
-            (false, false) => mesh.position(a).midpoint(mesh.position(b)),
-            (true, _) => mesh.position(a),
-            (_, true) => mesh.position(b),
+        let Some(anchor) = mesh.anchor(h) else { continue };
+        let place = match anchor {
+            Some(anchor) => mesh.position(anchor),
+            // A vertex of a crease, as curved as it may be, is on it.
+            None if mesh.is_crease(h) || mesh.is_boundary_vertex(a) => mesh.position(a),
+            None => mesh.position(a).midpoint(mesh.position(b)),
         };
         let near = |v: Vertex| mesh.ring(v).all(|w| mesh.position(w).distance_squared(place) <= most * most);
         if near(a) && near(b) && mesh.is_collapsible(h) && collapse_is_sound(mesh, h, place) {
@@ -154,7 +169,7 @@ fn flip_to_regular(mesh: &mut EditableMesh) {
         })
         .collect();
     for h in mesh.halfedges() {
-        if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE {
+        if !is_edge(mesh, h) || mesh.raw_twin(h) == NO_HALFEDGE || mesh.is_crease(h) {
             continue;
         }
         let t = mesh.raw_twin(h);
@@ -177,11 +192,11 @@ fn flip_to_regular(mesh: &mut EditableMesh) {
     }
 }
 
-/// Moves every interior vertex to the mean of its ring within its tangent plane, weighted by area so that large
+/// Moves every interior vertex that is on no crease to the mean of its ring within its tangent plane, weighted by area so that large
 /// faces shrink, then onto the surface; a move that would turn or spoil a face is left out.
 fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
-    let interior: Vec<Vertex> =
-        mesh.vertices().filter(|&v| !mesh.is_vertex_hole(v) && !mesh.is_boundary_vertex(v)).collect();
+    let is_free = |v: &Vertex| !mesh.is_vertex_hole(*v) && mesh.constraint(*v) == Constraint::Free;
+    let interior: Vec<Vertex> = mesh.vertices().filter(is_free).collect();
     let queries: Vec<Query> = interior
         .iter()
         .map(|&v| {
@@ -221,7 +236,7 @@ mod tests {
 
     fn remeshed(shape: TriangleMesh, surface: Option<&dyn Surface>, edge_length: f64) -> [ManifoldMesh; 2] {
         let mesh = ManifoldMesh::try_from(shape).unwrap();
-        let options = IsotropicOptions { edge_length, rounds: 10 };
+        let options = IsotropicOptions::with_edges_of(edge_length);
         let result = remesh_isotropically(&mesh, surface, &options, &NoProgress).unwrap();
         [mesh, result]
     }
@@ -262,11 +277,33 @@ mod tests {
         assert!((grid.area() - 1.0).abs() < 1e-9);
     }
 
+    /// A cube stays one, with edges of one length on its edges, too.
+    #[test]
+    fn creases_are_kept() {
+        let cube = ManifoldMesh::try_from(shapes::cube(3)).unwrap();
+        for length in [0.31, 0.11] {
+            let options =
+                IsotropicOptions { crease_angle: Some(0.5), ..IsotropicOptions::with_edges_of(length) };
+            let found = remesh_isotropically(&cube, None, &options, &NoProgress).unwrap();
+            assert!((found.area() - cube.area()).abs() < 1e-9 * cube.area());
+            assert!(ValidationReport::of(&found).is_oriented_manifold());
+            let mut round = options;
+            round.crease_angle = None;
+            let rounded = remesh_isotropically(&cube, None, &round, &NoProgress).unwrap();
+            assert!(rounded.area() < 0.999 * cube.area());
+            let mut marked = EditableMesh::new(&found);
+            marked.mark_creases(0.5);
+            let creases = marked.halfedges().filter(|&h| marked.is_crease(h) && h < marked.raw_twin(h));
+            let lengths: Vec<f64> = creases.map(|h| length_squared(&marked, h).sqrt() / length).collect();
+            assert!(lengths.iter().all(|x| (0.5..1.4).contains(x)), "{lengths:?}");
+        }
+    }
+
     #[test]
     fn impossible_lengths_are_refused() {
         let mesh = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
         for edge_length in [0.0, -1.0, f64::NAN, 1e-9] {
-            let options = IsotropicOptions { edge_length, rounds: 1 };
+            let options = IsotropicOptions::with_edges_of(edge_length);
             assert!(remesh_isotropically(&mesh, None, &options, &NoProgress).is_err());
         }
     }

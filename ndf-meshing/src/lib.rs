@@ -2,7 +2,8 @@
 //!
 //! [`marching_cubes()`] makes a manifold of the level set of any [`ImplicitField`](ndf_core::ImplicitField), [`decimate`]
 //! leaves as many of its faces as are asked for, and [`improve`] improves their shapes. [`base_mesh()`] does all of it.
-//! [`remesh_isotropically`] makes meshes of one edge length, to compare with.
+//! [`remesh_isotropically`] makes meshes of one edge length. [`decimate_within`] and [`remesh_within`] go as far as a distance
+//! allows.
 //!
 //! ```
 //! use ndf_core::NoProgress;
@@ -24,13 +25,15 @@ mod original;
 mod quadric;
 pub mod remeshing;
 pub mod triangle_shape;
+pub mod within;
 
 pub use base_mesh::{
     BaseMesh, BaseMeshError, BaseMeshOptions, BaseMeshReport, base_mesh, base_mesh_of_manifold,
 };
 pub use decimation::{Decimated, DecimationOptions, decimate};
-pub use editable_mesh::EditableMesh;
+pub use editable_mesh::{Constraint, EditableMesh};
 pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
 pub use quadric::Quadric;
 pub use remeshing::{FinalPassOptions, Improved, Target, improve};
+pub use within::{WithinError, decimate_within, remesh_within};

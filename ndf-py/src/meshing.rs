@@ -33,7 +33,7 @@ pub(crate) fn remesh<'py>(
     observer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyMesh<'py>> {
     let mesh = mesh(&vertices, &faces)?;
-    let options = IsotropicOptions { edge_length, rounds };
+    let options = IsotropicOptions { rounds, ..IsotropicOptions::with_edges_of(edge_length) };
     let found = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
         let repaired = manifold(&mesh)?;
         remesh_isotropically(&repaired.mesh, None, &options, progress).map_err(|error| error.to_string())

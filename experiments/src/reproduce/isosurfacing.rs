@@ -151,7 +151,7 @@ fn cubes(subject: &Subject<'_>, setup: &Setup, h: f64, setting: &str) -> Result<
     let made = Made { operators_on: Some(&refined), ..of_field(subject, &field, seconds + refining, &mesh) };
     runs.push(measured(subject, repeats, (REFINED, setting), Ok(made))?);
 
-    let options = IsotropicOptions { edge_length: h * parts.unit(), rounds: ROUNDS };
+    let options = IsotropicOptions { rounds: ROUNDS, ..IsotropicOptions::with_edges_of(h * parts.unit()) };
     let (remeshing, remeshed) = timed(|| remesh_isotropically(&mesh, None, &options, &NoProgress));
     let remeshed = remeshed.map_err(|e| e.to_string());
     let made = remeshed

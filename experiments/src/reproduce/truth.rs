@@ -78,7 +78,7 @@ impl Parts {
         };
         let edge_length = scale.truth_edge * unit(&start.bounds());
         let remeshed = || {
-            let options = IsotropicOptions { edge_length, rounds: ROUNDS };
+            let options = IsotropicOptions { rounds: ROUNDS, ..IsotropicOptions::with_edges_of(edge_length) };
             remesh_isotropically(&start, None, &options, &NoProgress).map_err(|e| e.to_string())
         };
         let stem = format!("{stem}-{}-truth", scale.truth_edge);

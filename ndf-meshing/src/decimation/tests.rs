@@ -157,3 +157,79 @@ fn scanned_meshes_keep_topology_and_stay_close() {
         assert!(to.max(from) < largest * size, "{name}: {:e} {:e}", to / size, from / size);
     }
 }
+
+/// A cylinder with caps: two circles as creases.
+fn cylinder(around: usize, along: usize) -> ManifoldMesh {
+    let ring = |z: f64| {
+        (0..around).map(move |i| {
+            let angle = std::f64::consts::TAU * i as f64 / around as f64;
+            DVec3::new(angle.cos(), angle.sin(), z)
+        })
+    };
+    let mut points: Vec<DVec3> = (0..=along).flat_map(|j| ring(2.0 * j as f64 / along as f64)).collect();
+    points.extend([DVec3::ZERO, DVec3::new(0.0, 0.0, 2.0)]);
+    let [bottom, top] = [points.len() - 2, points.len() - 1];
+    let at = |i: usize, j: usize| j * around + i % around;
+    let mut faces = Vec::new();
+    for i in 0..around {
+        for j in 0..along {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            faces.extend([[a, b, c], [a, c, d]]);
+        }
+        faces.extend([[bottom, at(i + 1, 0), at(i, 0)], [top, at(i, along), at(i + 1, along)]]);
+    }
+    let faces = faces.into_iter().map(|face| face.map(|v| v as u32)).collect();
+    manifold(TriangleMesh::new(points, faces).unwrap())
+}
+
+/// A cube is its twelve edges, whatever is left of its faces; circles stay circles.
+#[test]
+fn creases_are_kept() {
+    let cube = manifold(shapes::cube(12));
+    let mut options = DecimationOptions { crease_angle: Some(0.5), ..DecimationOptions::to_faces(40) };
+    let coarse = decimate(&cube, &options, &NoProgress);
+    assert!(coarse.reached && (coarse.mesh.area() - cube.area()).abs() < 1e-9, "{:?}", coarse.collapses);
+    check_same_topology(&cube, &coarse.mesh);
+    options.faces = 400;
+    let (fine, coarse) = (cylinder(200, 100), decimate(&cylinder(200, 100), &options, &NoProgress).mesh);
+    check_same_topology(&fine, &coarse);
+    let rim = |mesh: &ManifoldMesh| {
+        let topology = mesh.topology();
+        let sharp = topology.edges().filter(|&e| {
+            topology.edge_vertices(e).iter().all(|v| {
+                let p = mesh.positions()[v.index()];
+                [0.0, 2.0].iter().any(|z| (p.z - z).abs() < 1e-9)
+                    && (p.truncate().length() - 1.0).abs() < 0.01
+            })
+        });
+        sharp
+            .map(|e| {
+                let [p, q] = topology.edge_vertices(e).map(|v| mesh.positions()[v.index()]);
+                p.distance(q)
+            })
+            .sum::<f64>()
+    };
+    // Two circles.
+    assert!((rim(&coarse) / rim(&fine) - 1.0).abs() < 0.01, "{} {}", rim(&coarse), rim(&fine));
+}
+
+#[test]
+fn boundaries_are_kept_where_they_are() {
+    let grid = manifold(shapes::grid(20, 20));
+    let options = DecimationOptions { keep_boundary: true, ..DecimationOptions::to_faces(2) };
+    let coarse = decimate(&grid, &options, &NoProgress).mesh;
+    let border = |mesh: &ManifoldMesh| {
+        let topology = mesh.topology();
+        let on = |v: &ndf_mesh::Vertex| topology.is_boundary_vertex(*v);
+        let mut points: Vec<[u64; 3]> = mesh
+            .topology()
+            .vertices()
+            .filter(on)
+            .map(|v| mesh.positions()[v.index()].to_array().map(|x| (x * 1e6).round().to_bits()))
+            .collect();
+        points.sort_unstable();
+        points
+    };
+    assert_eq!(border(&grid), border(&coarse));
+    assert!(coarse.face_count() < 100, "{}", coarse.face_count());
+}
