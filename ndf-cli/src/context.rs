@@ -13,6 +13,7 @@ use ndf_mesh::repair::RepairNote;
 
 use crate::output::{Failure, Outcome, printable, readable};
 use crate::progress::{Job, ShownProgress};
+use crate::streams;
 
 /// Options every command takes.
 #[derive(Args, Clone, Debug, Default)]
@@ -110,13 +111,13 @@ impl Context {
     /// Tells the user, on the error stream, what is done where it was left open; not with `--quiet`.
     pub fn tell(&self, message: &str) {
         if !self.options.quiet {
-            self.job.say(&format!("ndf: note: {}", printable(message)));
+            self.job.say(&format!("ndf: note: {}", printable(&streams::named(message))));
         }
     }
 
     /// Tells the user, on the error stream, something that did not stop the work.
     pub fn warn(&self, message: &str) {
-        self.job.say(&format!("ndf: warning: {}", printable(message)));
+        self.job.say(&format!("ndf: warning: {}", printable(&streams::named(message))));
     }
 
     /// Tells the user a note of the library on what is named, with the option that has to do with it.
@@ -165,11 +166,18 @@ impl Context {
         if self.options.double { Positions::Double } else { Positions::Suited }
     }
 
-    /// Prints the outcome of the command to the standard output, as the options ask.
+    /// Prints the outcome of the command to the standard output, as the options ask; or, if that has taken a file, the
+    /// summary to the error stream.
     ///
     /// # Errors
     /// If it cannot be written for another reason than that its reader has gone.
     pub fn print(&self, outcome: &Outcome) -> Result<(), Failure> {
+        let text = streams::named(&outcome.text);
+        if streams::has_output() {
+            text.lines().for_each(|line| self.job.say(&printable(line)));
+            return Ok(());
+        }
+        let outcome = Outcome { json: outcome.json.clone(), text: text.into_owned() };
         let written = outcome.write(self.options.json, &mut io::stdout().lock());
         written.map_err(|e| Failure::new(format!("cannot write to the standard output: {e}")))
     }

@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ndf_mesh::io::remove_temporary_files;
 
+use crate::streams;
+
 /// Set to 1 in the environment of a process that is to end when its standard input does, as on a first signal. Whoever holds
 /// the other end of that pipe takes the process along, even if it is killed itself.
 pub const TIED: &str = "NDF_ENDS_WITH_STDIN";
@@ -104,6 +106,7 @@ fn interrupted(code: i32) {
 
 fn end(what: &str, code: i32) {
     remove_temporary_files();
+    streams::close();
     let _ = writeln!(io::stderr(), "\nndf: {what}");
     std::process::exit(code);
 }

@@ -16,6 +16,14 @@ pub fn angle(text: &str) -> Result<f64, String> {
     finite(text)
 }
 
+/// The angle between the normals at a crease, in degrees.
+pub fn crease(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        degrees if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err("expected degrees between 0 and 180, such as 30".to_owned()),
+    }
+}
+
 /// A number of bits of features.
 pub fn bits(text: &str) -> Result<u32, String> {
     let allowed = Precision::BITS;

@@ -7,11 +7,13 @@ use clap::Args;
 use ndf::{Parts, RepairOptions};
 
 use super::{EdgeLength, PartArguments, Reading};
+use crate::streams::input_file;
 
 /// Where the triangulation comes from.
 #[derive(Args, Clone, Debug)]
 pub struct TriangulationArguments {
     /// A mesh or a model. Of anything else that `ndf fit` takes a model is fitted first, with its defaults.
+    #[arg(value_parser = input_file())]
     pub input: PathBuf,
     /// How fine the mesh of a model is.
     #[command(flatten)]

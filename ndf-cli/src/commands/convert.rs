@@ -11,15 +11,17 @@ use serde_json::json;
 use crate::arguments::bits;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_place, grouped};
+use crate::streams::{input_file, output_file};
 
 /// Arguments of `ndf convert`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// A model: `.ndf`, of this or an earlier version, or `.safetensors` exported from one.
+    #[arg(value_parser = input_file())]
     model: PathBuf,
     /// The file to write: a model (`.ndf`), its arrays in single precision (`.safetensors`), or its base mesh in the
     /// units of the input (`.ply`, `.glb`, `.obj`, `.stl`); with levels, the control mesh around the surface.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_file("ndf"))]
     output: PathBuf,
     /// Round features and weights, without training; `ndf fit --bits` trains with rounded numbers, which is better.
     #[arg(long, value_name = "N", value_parser = bits)]

@@ -11,6 +11,7 @@ use serde_json::json;
 use crate::arguments::{Sources, TriangulationArguments};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::{no_field, read_triangulation};
 
 /// The properties that hold the vectors.
@@ -23,7 +24,7 @@ pub struct Arguments {
     triangulation: TriangulationArguments,
     /// The mesh to write, with one direction at every vertex as `direction_x`, `direction_y` and `direction_z` (.ply, .glb; other formats
     /// hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// Directions at every vertex, at equal angles: 1 for vectors, 2 for lines, 4 for crosses.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]

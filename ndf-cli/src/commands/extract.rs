@@ -11,15 +11,18 @@ use ndf_mesh::io::format_to_write;
 use crate::arguments::EdgeLength;
 use crate::context::Context;
 use crate::files::read_model;
-use crate::output::{Failure, Outcome, check_output, grouped, passes, readable, table};
+use crate::output::{Failure, Outcome, check_output, grouped, table};
+use crate::remeshed::rows_of;
+use crate::streams::{input_file, output_file};
 
 /// Arguments of `ndf extract`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// The model.
+    #[arg(value_parser = input_file())]
     model: PathBuf,
     /// The mesh to write; the extension sets the format (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,
@@ -53,37 +56,13 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     json["seconds"] = seconds.into();
     let target = length.world(&model);
     json["target_edge_length"] = target.into();
-    let ExtractionFigures { edge_length: length, min_angle_deg: angle, .. } = figures;
-    let rows = [
-        ("vertices", grouped(figures.vertices)),
-        (
-            "topology",
-            format!(
-                "{} component{}, Euler characteristic {}, {} boundary edges",
-                figures.components,
-                if figures.components == 1 { "" } else { "s" },
-                figures.euler_characteristic,
-                grouped(figures.boundary_edges)
-            ),
-        ),
-        (
-            "edge length",
-            format!(
-                "{} to {}, mean {}; asked: {}",
-                readable(length.min),
-                readable(length.max),
-                readable(length.mean),
-                arguments.edge_length.in_words(target)
-            ),
-        ),
-        (
-            "smallest angles",
-            format!("{:.1}° at least, {:.1}° for all but 5 % of the faces", angle.min, angle.p5),
-        ),
-        ("self-intersections", passes(figures.self_intersections)),
-        ("Delaunay edges", format!("{:.2} %", 100.0 * figures.delaunay_embedded_fraction)),
-        ("time", format!("{seconds:.3} s")),
-    ];
+    let mut rows = rows_of(&figures);
+    for (label, value) in &mut rows {
+        if *label == "edge length" {
+            *value += &format!("; asked: {}", arguments.edge_length.in_words(target));
+        }
+    }
+    rows.push(("time", format!("{seconds:.3} s")));
     let path = arguments.output.display();
     Ok(Outcome::new(json, format!("{path}: {} faces\n{}", grouped(mesh.face_count()), table(&rows))))
 }

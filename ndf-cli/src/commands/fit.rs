@@ -21,14 +21,16 @@ use crate::learning::{STAGES, learned};
 use crate::output::{
     Failure, Outcome, check_model_name, check_output, check_place, grouped, is_same, readable, table,
 };
+use crate::streams::{input_file, is_output, output_file};
 
 /// Arguments of `ndf fit`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// The surface to learn.
+    #[arg(value_parser = input_file())]
     input: PathBuf,
     /// The model to write.
-    #[arg(short, long, value_name = "MODEL.ndf")]
+    #[arg(short, long, value_name = "MODEL.ndf", value_parser = output_file("ndf"))]
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,
@@ -65,6 +67,9 @@ impl Arguments {
     /// Where checkpoints go.
     fn kept(&self) -> PathBuf {
         self.checkpoint.clone().unwrap_or_else(|| {
+            if is_output(&self.output) {
+                return elsewhere();
+            }
             let mut name = self.output.clone().into_os_string();
             name.push(".checkpoint");
             name.into()
@@ -163,10 +168,15 @@ fn unwritten(path: &str, error: &std::io::Error, fitted: &Fitted, kept: &Path) -
     }
 }
 
+/// The place of a checkpoint that can be nowhere else.
+fn elsewhere() -> PathBuf {
+    std::env::temp_dir().join(format!("ndf-{}.checkpoint", std::process::id()))
+}
+
 /// Writes a checkpoint in its place if that is possible, else in the folder for temporary files. Where it is now.
 fn leave(checkpoint: &Checkpoint, place: &Path) -> Result<PathBuf, CheckpointError> {
     checkpoint.write(place).map(|()| place.to_owned()).or_else(|error| {
-        let elsewhere = std::env::temp_dir().join(format!("ndf-{}.checkpoint", std::process::id()));
+        let elsewhere = elsewhere();
         checkpoint.write(&elsewhere).map(|()| elsewhere).map_err(|_| error)
     })
 }

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::arguments::{Sources, TriangulationArguments, length, point};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, is_same, readable, table};
+use crate::streams::{is_output, output_file};
 use crate::triangulation::{no_distances, read_triangulation};
 
 /// Arguments of `ndf geodesic`.
@@ -23,7 +24,7 @@ pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
     /// The mesh to write, with the vertex scalar `distance` (.ply, or .glb for viewers; .obj and .stl have no scalars and lose it).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     #[command(flatten)]
     sources: Sources,
@@ -155,6 +156,10 @@ fn check_places(arguments: &Arguments, context: &Context) -> Result<(), Failure>
     }
     check_output(output, &[input])?;
     let Some(paths) = arguments.paths() else { return Ok(()) };
+    if arguments.paths.is_none() && is_output(output) {
+        let failure = Failure::new("the standard output takes the mesh, and the paths need a file");
+        return Err(failure.try_instead("name it with --paths"));
+    }
     format_of_lines(&paths)?;
     check_output(&paths, &[input])?;
     if is_same(output, &paths) {

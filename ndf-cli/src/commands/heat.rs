@@ -13,6 +13,7 @@ use crate::arguments::{Sources, TriangulationArguments, length};
 use crate::context::Context;
 use crate::files::read_model;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::{Found, no_field, read_triangulation};
 
 /// Arguments of `ndf heat`.
@@ -23,7 +24,7 @@ pub struct Arguments {
     triangulation: TriangulationArguments,
     /// The mesh to write, with the temperature at every vertex as `heat`, or, of several frames, as `heat_00`, `heat_01`, … (.ply, .glb;
     /// other formats hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// How long heat flows, in squared units of length.
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = length)]

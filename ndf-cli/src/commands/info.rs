@@ -14,11 +14,13 @@ use crate::arguments::Reading;
 use crate::context::Context;
 use crate::files::not_opened;
 use crate::output::{Failure, Outcome, grouped, passes, readable, table};
+use crate::streams::input_file;
 
 /// Arguments of `ndf info`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// The file to examine.
+    #[arg(value_parser = input_file())]
     file: PathBuf,
     #[command(flatten)]
     reading: Reading,

@@ -12,6 +12,7 @@ use super::geodesic::Method;
 use crate::arguments::{Sources, TriangulationArguments};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::{no_field, read_triangulation};
 
 /// Arguments of `ndf logmap`.
@@ -20,7 +21,7 @@ pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
     /// The mesh to write, with the scalars `log_x` and `log_y` (.ply, .glb; other formats hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// The vertex to leave from, counted from 0.
     #[arg(long, value_name = "I")]

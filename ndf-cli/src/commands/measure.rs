@@ -11,13 +11,16 @@ use crate::arguments::EdgeLength;
 use crate::context::Context;
 use crate::files::{model_mesh, read_faces};
 use crate::output::{Failure, Outcome, readable, table};
+use crate::streams::input_file;
 
 /// Arguments of `ndf measure`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// The reference: a mesh, or a model of which one is made.
+    #[arg(value_parser = input_file())]
     reference: PathBuf,
     /// The mesh to compare with it, or a model.
+    #[arg(value_parser = input_file())]
     mesh: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,

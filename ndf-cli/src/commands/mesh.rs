@@ -16,6 +16,7 @@ use crate::arguments::{PartArguments, Reading, length};
 use crate::context::Context;
 use crate::files::open;
 use crate::output::{Failure, Outcome, check_output, grouped};
+use crate::streams::{input_file, output_file};
 
 /// Cells along the longest side, at most.
 const MAX_GRID: u32 = 2048;
@@ -24,9 +25,10 @@ const MAX_GRID: u32 = 2048;
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// The surface to mesh.
+    #[arg(value_parser = input_file())]
     input: PathBuf,
     /// The mesh to write; the extension sets the format (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     #[command(flatten)]
     reading: Reading,

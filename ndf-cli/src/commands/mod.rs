@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
 pub mod batch;
+pub mod completions;
 pub mod convert;
+pub mod decimate;
 pub mod demo;
 pub mod directions;
 pub mod extract;
@@ -10,9 +12,12 @@ pub mod geodesic;
 pub mod heat;
 pub mod info;
 pub mod logmap;
+pub mod man;
 pub mod measure;
 pub mod mesh;
+pub mod remesh;
 pub mod render;
+pub mod repair;
 pub mod sample;
 pub mod scalars;
 pub mod spectrum;
@@ -35,6 +40,10 @@ pub enum Command {
     Batch(batch::Arguments),
     /// Write a model in another form: smaller, as plain arrays, or only its base mesh
     Convert(convert::Arguments),
+    /// Print what a shell needs to complete the command line
+    Completions(completions::Arguments),
+    /// Make a mesh of fewer faces, as many as are wanted or as a distance allows
+    Decimate(decimate::Arguments),
     /// Learn a surface and write a model of some ten kilobytes
     Fit(fit::Arguments),
     /// Extract a mesh from a model at any edge length
@@ -49,10 +58,16 @@ pub enum Command {
     Info(info::Arguments),
     /// Compute how to get from a vertex to all others: the logarithmic map
     Logmap(logmap::Arguments),
+    /// Write manual pages
+    Man(man::Arguments),
     /// Mesh a surface directly, without learning
     Mesh(mesh::Arguments),
     /// Measure the distance between a mesh and a reference, in both directions
     Measure(measure::Arguments),
+    /// Make a mesh of another edge length
+    Remesh(remesh::Arguments),
+    /// Make a manifold of an imperfect mesh, and say which vertices are which
+    Repair(repair::Arguments),
     /// Render a picture of a mesh, a model, points or a field
     Render(render::Arguments),
     /// Scalar fields stored in a model
@@ -90,6 +105,8 @@ impl Command {
         match self {
             Self::Batch(arguments) => batch::run(arguments, context),
             Self::Convert(arguments) => convert::run(arguments, context),
+            Self::Completions(arguments) => completions::run(arguments, context),
+            Self::Decimate(arguments) => decimate::run(arguments, context),
             Self::Demo(arguments) => demo::run(arguments, context),
             Self::Fit(arguments) => fit::run(arguments, context),
             Self::Extract(arguments) => extract::run(arguments, context),
@@ -98,8 +115,11 @@ impl Command {
             Self::Heat(arguments) => heat::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
             Self::Logmap(arguments) => logmap::run(arguments, context),
+            Self::Man(arguments) => man::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Measure(arguments) => measure::run(arguments, context),
+            Self::Remesh(arguments) => remesh::run(arguments, context),
+            Self::Repair(arguments) => repair::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Scalars(arguments) => scalars::run(arguments, context),
             Self::Spectrum(arguments) => spectrum::run(arguments, context),

@@ -17,6 +17,7 @@ use crate::render::{
     Camera, ColourMap, Scene, Style, View, exr_bytes, png_bytes, render, strip_width, upright, with_legend,
     with_tubes,
 };
+use crate::streams::{input_file, output_file};
 
 /// Radius of drawn lines, as a share of the shorter side of the picture, and in pixels at least.
 const LINE_RADIUS: (f64, f64) = (0.0018, 1.0);
@@ -29,9 +30,10 @@ const MAX_SEGMENTS: usize = 1_000_000;
 pub struct Arguments {
     /// A mesh; a model, of which a mesh is made; points, which are drawn as discs; or a network or splats, of which the
     /// isosurface is drawn.
+    #[arg(value_parser = input_file())]
     input: PathBuf,
     /// The picture: .png (shaded) or .exr (float layers: colour, depth, normal, scalar).
-    #[arg(short, long, value_name = "IMAGE")]
+    #[arg(short, long, value_name = "IMAGE", value_parser = output_file("png"))]
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,

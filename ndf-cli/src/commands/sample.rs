@@ -16,6 +16,7 @@ use serde_json::json;
 
 use crate::context::Context;
 use crate::output::{Failure, Outcome, grouped};
+use crate::streams::output_file;
 
 /// Arguments of `ndf sample`.
 #[derive(Args, Debug)]
@@ -23,7 +24,7 @@ pub struct Arguments {
     /// What to write.
     kind: Kind,
     /// The file to write; for a mesh the extension sets the format (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_file("ply"))]
     output: PathBuf,
     /// The shape; networks are a sphere or a torus.
     #[arg(long, value_enum, default_value_t)]

@@ -14,6 +14,7 @@ use crate::arguments::{EdgeLength, PresetName, bits, share};
 use crate::context::Context;
 use crate::files::{read_faces, read_model};
 use crate::output::{Failure, Outcome, check_model_name, check_output, grouped, readable, table};
+use crate::streams::{input_file, output_file};
 
 /// Where values come from, for those who have none.
 const VALUES: &str = "`ndf geodesic` and `ndf spectrum` write PLY files that have some";
@@ -31,11 +32,13 @@ pub enum Arguments {
 #[derive(Args, Debug)]
 pub struct FitArguments {
     /// The model.
+    #[arg(value_parser = input_file())]
     model: PathBuf,
     /// A mesh near the model's surface, in the same units, with scalars at its vertices.
+    #[arg(value_parser = input_file())]
     values: PathBuf,
     /// The model to write, with the scalars in it.
-    #[arg(short, long, value_name = "OUT.ndf")]
+    #[arg(short, long, value_name = "OUT.ndf", value_parser = output_file("ndf"))]
     output: PathBuf,
     /// Learn this scalar only; may be given several times.
     #[arg(long, value_name = "NAME")]
@@ -88,9 +91,10 @@ struct Network {
 #[derive(Args, Debug)]
 pub struct EvalArguments {
     /// The model.
+    #[arg(value_parser = input_file())]
     model: PathBuf,
     /// The mesh to write (.ply, .glb; other formats hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     #[command(flatten)]
     edge_length: EdgeLength,

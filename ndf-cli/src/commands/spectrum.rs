@@ -12,6 +12,7 @@ use serde_json::json;
 use crate::arguments::{TriangulationArguments, length};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::read_triangulation;
 
 /// Arguments of `ndf spectrum`.
@@ -20,7 +21,7 @@ pub struct Arguments {
     #[command(flatten)]
     triangulation: TriangulationArguments,
     /// The mesh to write, with a scalar for every mode (.ply, .glb; other formats hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// Number of modes, the constant one included.
     #[arg(long, value_name = "K", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=10_000))]

@@ -12,6 +12,7 @@ use super::directions::PROPERTIES;
 use crate::arguments::{TriangulationArguments, angle, length};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::{no_field, read_triangulation};
 
 /// Stripes that have fewer edges from one to the next are no longer seen.
@@ -24,7 +25,7 @@ pub struct Arguments {
     triangulation: TriangulationArguments,
     /// The mesh to write, with the vertex scalar `stripes`: 1 in the middle of stripes, -1 between them (.ply, .glb; other formats hold no
     /// scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// Stripes for a unit of length.
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = length)]

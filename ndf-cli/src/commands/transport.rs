@@ -12,6 +12,7 @@ use super::directions::vector_scalars;
 use crate::arguments::{Sources, TriangulationArguments, angle};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::streams::output_file;
 use crate::triangulation::{no_field, read_triangulation};
 
 /// Arguments of `ndf transport`.
@@ -21,7 +22,7 @@ pub struct Arguments {
     triangulation: TriangulationArguments,
     /// The mesh to write, with the vector at every vertex as `transport_x`, `transport_y` and `transport_z` (.ply, .glb; other formats
     /// hold no scalars).
-    #[arg(short, long, value_name = "MESH")]
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
     output: PathBuf,
     /// The vertex where the vector is, counted from 0.
     #[arg(long, value_name = "I")]

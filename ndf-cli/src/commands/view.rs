@@ -16,14 +16,16 @@ use crate::drawn::read_drawn;
 use crate::files::read_model;
 use crate::output::{Failure, Outcome, check_output, grouped, table};
 use crate::render::{Up, upright};
+use crate::streams::{input_file, is_output, output_file};
 
 /// Arguments of `ndf view`.
 #[derive(Args, Debug)]
 pub struct Arguments {
     /// What is shown: a model, a mesh with or without scalars, or anything else that `ndf render` draws.
+    #[arg(value_parser = input_file())]
     input: PathBuf,
     /// The page to write, one file that opens from the disk in any current browser (.html).
-    #[arg(short, long, value_name = "PAGE")]
+    #[arg(short, long, value_name = "PAGE", value_parser = output_file("html"))]
     output: PathBuf,
     /// Open the page in the browser.
     #[arg(long)]
@@ -69,6 +71,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         return Err(failure.try_instead("end it in .html"));
     }
     check_output(output, &[input])?;
+    if arguments.open && is_output(output) {
+        let failure = Failure::new("--open needs a file, and the page goes to the standard output");
+        return Err(failure.try_instead("give it a name"));
+    }
     let shown = if begins_as_model(input) {
         Shown::of_model(arguments)?
     } else {

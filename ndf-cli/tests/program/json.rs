@@ -18,9 +18,11 @@ const PARTS: [&str; 9] =
     ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 24] = [
     "batch",
+    "completions",
     "convert",
+    "decimate",
     "demo",
     "directions",
     "extract",
@@ -29,9 +31,12 @@ const COMMANDS: [&str; 19] = [
     "heat",
     "info",
     "logmap",
+    "man",
     "measure",
     "mesh",
+    "remesh",
     "render",
+    "repair",
     "sample",
     "scalars",
     "spectrum",

@@ -15,7 +15,9 @@ mod outputs;
 mod parts;
 mod paths;
 mod progress;
+mod remeshed;
 mod scalars;
+mod streams;
 mod tangent;
 mod view;
 

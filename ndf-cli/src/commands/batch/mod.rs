@@ -50,6 +50,12 @@ pub enum Arguments {
     Heat(arguments::Arguments),
     /// Write every model in another form
     Convert(arguments::Arguments),
+    /// Make a mesh of fewer faces of every input
+    Decimate(arguments::Arguments),
+    /// Make a mesh of another edge length of every input
+    Remesh(arguments::Arguments),
+    /// Make a manifold of every input
+    Repair(arguments::Arguments),
     /// Render a picture of every input
     Render(arguments::Arguments),
     /// Describe every input
@@ -87,6 +93,9 @@ impl Arguments {
             Self::Logmap(arguments) => Part::Work(&recipe::LOGMAP, arguments),
             Self::Heat(arguments) => Part::Work(&recipe::HEAT, arguments),
             Self::Convert(arguments) => Part::Work(&recipe::CONVERT, arguments),
+            Self::Decimate(arguments) => Part::Work(&recipe::DECIMATE, arguments),
+            Self::Remesh(arguments) => Part::Work(&recipe::REMESH, arguments),
+            Self::Repair(arguments) => Part::Work(&recipe::REPAIR, arguments),
             Self::Render(arguments) => Part::Work(&recipe::RENDER, arguments),
             Self::Info(arguments) => Part::Work(&recipe::INFO, arguments),
             Self::Measure(arguments) => Part::Work(&recipe::MEASURE, arguments),

@@ -3,8 +3,8 @@
 use clap::Args;
 
 use crate::commands::{
-    convert, directions, extract, fit, geodesic, heat, info, logmap, measure, mesh, render, spectrum,
-    stripes, transport,
+    convert, decimate, directions, extract, fit, geodesic, heat, info, logmap, measure, mesh, remesh, render,
+    repair, spectrum, stripes, transport,
 };
 use crate::context::Options;
 
@@ -59,7 +59,7 @@ impl Recipe {
     }
 }
 
-static RECIPES: [&Recipe; 14] = [
+static RECIPES: [&Recipe; 17] = [
     &FIT,
     &EXTRACT,
     &MESH,
@@ -71,10 +71,15 @@ static RECIPES: [&Recipe; 14] = [
     &LOGMAP,
     &HEAT,
     &CONVERT,
+    &DECIMATE,
+    &REMESH,
+    &REPAIR,
     &RENDER,
     &INFO,
     &MEASURE,
 ];
+
+const FARTHEST: (&str, &str) = ("hausdorff", "largest distance, in the units of the input");
 
 /// `ndf fit`.
 pub(super) static FIT: Recipe = Recipe {
@@ -126,6 +131,18 @@ pub(super) static HEAT: Recipe = Recipe::writing("heat", "ply", heat::Arguments:
 pub(super) static CONVERT: Recipe =
     Recipe::writing("convert", "safetensors", convert::Arguments::augment_args);
 
+/// `ndf decimate`.
+pub(super) static DECIMATE: Recipe =
+    Recipe { error: Some(FARTHEST), ..Recipe::writing("decimate", "ply", decimate::Arguments::augment_args) };
+
+/// `ndf remesh`.
+pub(super) static REMESH: Recipe =
+    Recipe { error: Some(FARTHEST), ..Recipe::writing("remesh", "ply", remesh::Arguments::augment_args) };
+
+/// `ndf repair`.
+pub(super) static REPAIR: Recipe =
+    Recipe { shared: &["--map"], ..Recipe::writing("repair", "ply", repair::Arguments::augment_args) };
+
 /// `ndf render`.
 pub(super) static RENDER: Recipe = Recipe::writing("render", "png", render::Arguments::augment_args);
 
@@ -133,10 +150,8 @@ pub(super) static RENDER: Recipe = Recipe::writing("render", "png", render::Argu
 pub(super) static INFO: Recipe = Recipe::printing("info", info::Arguments::augment_args);
 
 /// `ndf measure`, of which every input is the second.
-pub(super) static MEASURE: Recipe = Recipe {
-    error: Some(("hausdorff", "largest distance, in the units of the input")),
-    ..Recipe::printing("measure", measure::Arguments::augment_args)
-};
+pub(super) static MEASURE: Recipe =
+    Recipe { error: Some(FARTHEST), ..Recipe::printing("measure", measure::Arguments::augment_args) };
 
 #[cfg(test)]
 mod tests {

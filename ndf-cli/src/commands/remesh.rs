@@ -1,0 +1,102 @@
+//! `ndf remesh`: triangles of another size.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{ArgGroup, Args};
+use ndf_mesh::io::format_to_write;
+use ndf_meshing::{IsotropicError, IsotropicOptions, remesh_isotropically, remesh_within};
+use ndf_model::Similarity;
+
+use crate::arguments::{PartArguments, crease, length, share};
+use crate::context::Context;
+use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::remeshed::{carried_scalars, measured, mended_scalars, not_within, read_manifold, sampling, told};
+use crate::streams::{input_file, output_file};
+
+/// Arguments of `ndf remesh`.
+#[derive(Args, Debug)]
+#[command(group(ArgGroup::new("goal").args(["edge_length", "relative_edge_length", "error"]).required(true)))]
+pub struct Arguments {
+    /// A mesh. What is no manifold is mended first, as `ndf repair` does.
+    #[arg(value_parser = input_file())]
+    input: PathBuf,
+    /// The mesh to write, with the scalars of the input where the format has some (.ply, .glb); the extension sets the format
+    /// (.ply, .glb, .obj, .stl).
+    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
+    output: PathBuf,
+    /// About how long the edges are, in the input's units.
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
+    edge_length: Option<f64>,
+    /// The same in the box [-1.5, 1.5]³ that the mesh fills.
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
+    relative_edge_length: Option<f64>,
+    /// Edges as long as the distance allows, of all samples and vertices of either mesh from the other, such as 0.1%: a share
+    /// of the diagonal of the bounds.
+    #[arg(long, value_name = "X", value_parser = share)]
+    error: Option<f64>,
+    /// Keep edges at which the normals of the faces are more than so many degrees apart. Boundaries are kept anyway.
+    #[arg(long, value_name = "DEG", value_parser = crease)]
+    creases: Option<f64>,
+    /// How often edges are split, collapsed and flipped and vertices moved.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    rounds: u32,
+    #[command(flatten)]
+    parts: PartArguments,
+}
+
+/// Remeshes isotropically.
+///
+/// # Errors
+/// If the input is no mesh that can be mended, the edges would make too many faces, or the mesh cannot be written.
+pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
+    let (input, output) = (&arguments.input, &arguments.output);
+    format_to_write(output)?;
+    check_output(output, &[input])?;
+    context.expect(&["isotropic remeshing"]);
+    let (file, mended) = read_manifold(input, arguments.parts, context)?;
+    let mesh = &mended.mesh;
+    let started = Instant::now();
+    let relative = |h| Similarity::from_bounds(&mesh.bounds()).length_to_world(h);
+    let edge_length = arguments.edge_length.or_else(|| arguments.relative_edge_length.map(relative));
+    let options = IsotropicOptions {
+        edge_length: edge_length.unwrap_or(f64::INFINITY),
+        rounds: arguments.rounds,
+        crease_angle: arguments.creases.map(f64::to_radians),
+    };
+    let (found, edge_length, distances) = match arguments.error {
+        Some(share) => {
+            let distance = share * mesh.bounds().diagonal();
+            let found = remesh_within(mesh, distance, &options, &sampling(context), &context.progress());
+            found.map_err(|error| not_within(input, error))?
+        }
+        None => {
+            let found = remesh_isotropically(mesh, None, &options, &context.progress());
+            let found = found.map_err(|error| {
+                let failure = Failure::new(format!("{}: {error}", input.display()));
+                match error {
+                    IsotropicError::EdgeLength(_) => failure.try_instead("ask for longer edges"),
+                    IsotropicError::Cancelled => failure,
+                }
+            })?;
+            let distances = measured(input, mesh, &found, context)?;
+            (found, options.edge_length, distances)
+        }
+    };
+    let seconds = started.elapsed().as_secs_f64();
+    let scalars = carried_scalars(mesh, &mended_scalars(&file, &mended), found.positions());
+    context.write_mesh(output, &found, &scalars)?;
+    let (mut json, mut rows) = told(&found, &distances, seconds)?;
+    json["faces_before"] = mesh.face_count().into();
+    json["target_edge_length"] = edge_length.into();
+    json["area_left_out"] = mended.area_left_out.into();
+    rows.insert(2, ("wanted edge length", readable(edge_length)));
+    let text = format!(
+        "{}: {} faces, from {}\n{}",
+        output.display(),
+        grouped(found.face_count()),
+        grouped(mesh.face_count()),
+        table(&rows)
+    );
+    Ok(Outcome::new(json, text))
+}
