@@ -116,8 +116,11 @@ fn lengths_follow_the_metric() {
     assert!((mesh.mesh().area() * operators * operators / measured - 1.0).abs() < 1e-6);
     assert!(distances > 1.0 && distances < operators, "{distances} {operators}");
     let measure = |mesh: &Triangulated, method| {
-        let options =
-            DistanceOptions { method, time_step: None, paths_to: vec![Place::Vertex(Vertex::new(9))] };
+        let options = DistanceOptions {
+            method,
+            paths_to: vec![Place::Vertex(Vertex::new(9))],
+            ..DistanceOptions::default()
+        };
         let found = mesh.distances(&[Place::Vertex(Vertex::new(0))], &options, &NoProgress).unwrap();
         (found.values.iter().sum::<f64>(), found.paths[0].as_ref().unwrap().length)
     };

@@ -7,7 +7,7 @@ use ndf_mesh::{SurfacePoint, Vertex};
 use crate::error::GeodesicError;
 use crate::joints::Joints;
 use crate::propagation::{ExactReport, Wavefront};
-use crate::pseudo_sources::Arrival;
+use crate::pseudo_sources::{Arrival, Root};
 use crate::sources::Place;
 use crate::windows::Window;
 
@@ -60,6 +60,46 @@ impl Geodesics<'_> {
     /// targets at which the computation stopped.
     pub fn distances(&self) -> &[f64] {
         &self.distances
+    }
+
+    /// The nearest source of every vertex, as an index of those given: the regions of a Voronoi diagram. Of several equally near
+    /// ones it is any. `None` where there is no finite distance. O(n log n).
+    pub fn nearest_sources(&self) -> Vec<Option<usize>> {
+        let vertices = self.distances.len();
+        let mut nearest = vec![None; vertices];
+        for (number, source) in self.sources.iter().enumerate().rev() {
+            if let Place::Vertex(v) = source {
+                nearest[v.index()] = Some(number);
+            }
+        }
+        // Lines begin at vertices that are nearer.
+        let mut order: Vec<Vertex> = (0..vertices).map(Vertex::new).collect();
+        order.retain(|v| self.distances[v.index()].is_finite());
+        order.sort_by(|a, b| self.distances[a.index()].total_cmp(&self.distances[b.index()]));
+        // Once, unless edges have no length.
+        loop {
+            let before = order.len();
+            order.retain(|&v| {
+                nearest[v.index()] = nearest[v.index()].or_else(|| self.nearest_through(v, &nearest));
+                nearest[v.index()].is_none()
+            });
+            if order.len() == before || order.is_empty() {
+                return nearest;
+            }
+        }
+    }
+
+    /// The nearest source of a vertex that is none, once that of those before it on its path is known.
+    fn nearest_through(&self, v: Vertex, nearest: &[Option<usize>]) -> Option<usize> {
+        let arrival = self.arrivals[v.index()];
+        if arrival == Arrival::NONE {
+            // It is one place with a vertex that something arrived at.
+            return self.joints.others(v).find_map(|other| nearest[other.index()]);
+        }
+        match Root::decode(arrival.root, nearest.len()) {
+            Root::Vertex(root) => nearest[root.index()],
+            Root::Source(number) => Some(number as usize),
+        }
     }
 
     /// How many vertices have no finite distance.

@@ -4,6 +4,7 @@
 //!   and Papadimitriou 1987) that cross faces in whole lists (Qin et al. 2016); distances at any point and
 //!   shortest paths back from the windows, when they are kept.
 //! - [`straightest_geodesic`]: the other way around, from a point in a direction (Polthier and Schmies 1998).
+//! - [`geodesic_through`]: geodesics that wind as a path or a loop does (Sharp and Crane 2020).
 //! - `HeatSolver`, with the feature `heat`: smooth approximate distances, many sources for one factorisation
 //!   (Crane, Weischedel and Wardetzky 2013). The page of the module `heat` says when to use which.
 //!
@@ -28,6 +29,7 @@
 // across the face (unfolding.rs) and adds the two lists that result to those waiting there. Vertices that it reaches
 // become pseudo-sources (pseudo_sources.rs) where shortest paths can bend.
 
+mod edge_path;
 mod envelope;
 mod error;
 mod exact;
@@ -41,6 +43,7 @@ mod propagation;
 mod pseudo_sources;
 mod queries;
 mod sources;
+mod straightening;
 mod straightest;
 mod unfolding;
 mod windows;
@@ -51,4 +54,5 @@ pub use exact::{ExactOptions, Geodesics, exact_distances};
 pub use heat::{HeatDistances, HeatSolver};
 pub use paths::Path;
 pub use propagation::ExactReport;
+pub use straightening::{StraightenedPath, ThroughOptions, geodesic_through};
 pub use straightest::{StraightestGeodesic, straightest_geodesic};

@@ -15,7 +15,7 @@ use crate::joints::Joints;
 use crate::pending::Pending;
 use crate::pseudo_sources::{Arrival, Emission, FLAT_FACES, Root, cast, emit_windows};
 use crate::sources::{above, bound};
-use crate::unfolding::Shapes;
+use crate::unfolding::{ApexArrival, Shapes};
 use crate::windows::{TIE, Window};
 
 /// Tasks between two looks at the observer.
@@ -112,7 +112,7 @@ impl<'a> Wavefront<'a> {
             let (behind, ahead) = (point.barycentric[side], point.barycentric[(side + 1) % 3]);
             let total = behind + ahead;
             let crossing = if total > 0.0 { layout.length * ahead / total } else { 0.0 };
-            self.improve(apex, (ax - x).hypot(ay - depth), Arrival { halfedge, crossing });
+            self.improve(apex, (ax - x).hypot(ay - depth), Arrival { halfedge, crossing, root });
             if let Some(entered) = self.mesh.twin(halfedge) {
                 let length = layout.length;
                 let window = Window { start: 0.0, end: length, x: length - x, depth, offset: 0.0, root };
@@ -178,9 +178,10 @@ impl<'a> Wavefront<'a> {
             // The face of `h` seen from its tip: the path arrives along the side that ends at this vertex.
             let opposite = h.previous();
             let crossing = self.shapes.length(opposite);
-            self.improve(mesh.tip(h), distance + length, Arrival { halfedge: opposite, crossing });
+            let root = Root::Vertex(vertex).encode(mesh.vertex_count());
+            self.improve(mesh.tip(h), distance + length, Arrival { halfedge: opposite, crossing, root });
             if mesh.twin(opposite).is_none() {
-                let arrival = Arrival { halfedge: h, crossing: 0.0 };
+                let arrival = Arrival { halfedge: h, crossing: 0.0, root };
                 self.improve(mesh.tail(opposite), distance + crossing, arrival);
             }
         }
@@ -202,7 +203,7 @@ impl<'a> Wavefront<'a> {
                     let [x, y] = self.shapes.layout(halfedge).apex;
                     let (distance, crossing) = window.reach(x, y);
                     let apex = self.mesh.tail(halfedge.previous());
-                    self.improve(apex, distance, Arrival { halfedge, crossing });
+                    self.improve(apex, distance, Arrival { halfedge, crossing, root: window.root });
                 }
             }
         }
@@ -227,7 +228,8 @@ impl<'a> Wavefront<'a> {
         left.clear();
         right.clear();
         if let Some(arrival) = layout.propagate(windows, &mut left, &mut right) {
-            self.improve(apex, arrival.distance, Arrival { halfedge, crossing: arrival.crossing });
+            let ApexArrival { distance, crossing, root } = arrival;
+            self.improve(apex, distance, Arrival { halfedge, crossing, root });
         }
         self.pending.recycle(slot, list);
         let at_apex = self.distances[apex.index()];

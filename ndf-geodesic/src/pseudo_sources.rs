@@ -21,10 +21,12 @@ pub(crate) struct Arrival {
     pub(crate) halfedge: Halfedge,
     /// Where its line crosses that half-edge, as a length from the tail; an end for a path along an edge.
     pub(crate) crossing: f64,
+    /// Where the line begins: an encoded [`Root`]; nothing at a source and where nothing arrived.
+    pub(crate) root: u32,
 }
 
 impl Arrival {
-    pub(crate) const NONE: Self = Self { halfedge: NO_HALFEDGE, crossing: 0.0 };
+    pub(crate) const NONE: Self = Self { halfedge: NO_HALFEDGE, crossing: 0.0, root: u32::MAX };
 }
 
 /// What a root is: a vertex, or beyond all vertices a source that is none.

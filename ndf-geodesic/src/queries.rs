@@ -77,7 +77,7 @@ impl Geodesics<'_> {
     pub(crate) fn nearest_to_vertex(&self, vertex: Vertex) -> Nearest {
         let mesh = self.mesh;
         let mut nearest = Nearest::NONE;
-        let Arrival { halfedge, crossing } = self.arrivals[vertex.index()];
+        let Arrival { halfedge, crossing, .. } = self.arrivals[vertex.index()];
         if halfedge == NO_HALFEDGE {
             return nearest;
         }

@@ -94,6 +94,8 @@ pub(crate) struct ApexArrival {
     pub(crate) distance: f64,
     /// Where the path crosses the entered half-edge.
     pub(crate) crossing: f64,
+    /// Where the path's last line begins, an encoded `Root`.
+    pub(crate) root: u32,
 }
 
 impl Layout {
@@ -174,7 +176,7 @@ impl Layout {
             let (distance, crossing) = w.reach(apex_x, apex_y);
             let is_nearest = best.is_none_or(|b| distance < b.distance);
             if is_nearest {
-                best = Some(ApexArrival { distance, crossing });
+                best = Some(ApexArrival { distance, crossing, root: w.root });
             }
             is_nearest
         };

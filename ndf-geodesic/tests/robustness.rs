@@ -489,3 +489,54 @@ fn subdivision_changes_no_distance_on_noise_of_any_kind() {
         }
     }
 }
+
+/// The regions of sources are those in which their own distances are the smallest.
+#[test]
+fn nearest_sources_are_those_with_the_smallest_distances() {
+    let mut mesh = shapes::torus(40, 24, 1.0, 0.4);
+    // Vertices at one place: a face without area.
+    let mut points = mesh.positions().to_vec();
+    points[100] = points[101];
+    mesh = TriangleMesh::new(points, mesh.faces().to_vec()).unwrap();
+    let mesh = intrinsic(&mesh);
+    let at = |face: u32, barycentric| SurfacePoint::Face(FacePoint { face: Face(face), barycentric });
+    let sources = [
+        SurfacePoint::Vertex(Vertex(100)),
+        at(700, [0.2, 0.3, 0.5]),
+        SurfacePoint::Vertex(Vertex(640)),
+        SurfacePoint::Edge { edge: Edge(1300), t: 0.3 },
+        SurfacePoint::Vertex(Vertex(100)),
+    ];
+    let distances = |sources: &[SurfacePoint]| {
+        exact_distances(&mesh, sources, &ExactOptions::default(), &NoProgress).unwrap()
+    };
+    let all = distances(&sources);
+    let each: Vec<Vec<f64>> = sources.iter().map(|&s| distances(&[s]).distances().to_vec()).collect();
+    let mut sizes = [0; 5];
+    for (v, source) in all.nearest_sources().into_iter().enumerate() {
+        let source = source.unwrap();
+        assert!(each[source][v] <= all.distances()[v] * (1.0 + 1e-12) + 1e-15, "vertex {v}: {source}");
+        sizes[source] += 1;
+    }
+    assert!(sizes[..4].iter().all(|&size| size > 50) && sizes[4] == 0, "{sizes:?}");
+    let near = ExactOptions { radius: 0.3, ..ExactOptions::default() };
+    let found = exact_distances(&mesh, &sources, &near, &NoProgress).unwrap();
+    let none = found.nearest_sources().iter().filter(|source| source.is_none()).count();
+    assert!(none > 0 && none == found.unreached());
+}
+
+/// Also where fans of faces meet in one vertex.
+#[test]
+fn sources_are_nearest_beyond_joined_vertices() {
+    let grid = shapes::grid(2, 2);
+    let n = grid.vertex_count() as u32;
+    let corner = grid.positions()[n as usize - 1];
+    let points = grid.positions().iter().copied().chain(grid.positions().iter().map(|p| *p + corner));
+    let faces = grid.faces().iter().copied().chain(grid.faces().iter().map(|f| f.map(|v| v + n)));
+    let mesh = intrinsic(&TriangleMesh::new(points.collect(), faces.collect()).unwrap());
+    let joined = vec![vec![Vertex(n - 1), Vertex(n)]];
+    let options = ExactOptions { joined, ..ExactOptions::default() };
+    let source = SurfacePoint::Vertex(Vertex(0));
+    let found = exact_distances(&mesh, &[source], &options, &NoProgress).unwrap();
+    assert!(found.nearest_sources().iter().all(|&source| source == Some(0)));
+}

@@ -61,14 +61,14 @@ pub use presets::Preset;
 pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
     Alignment, Directions, DistanceError, DistanceMethod, DistanceOptions, DistanceSolver, Distances, Heat,
-    HeatOptions, HeatReport, InitialHeat, LogMap, NoTriangulation, Place, Singularity, SurfaceFieldError,
-    SurfaceFields, SurfacePath, Triangles, Triangulated,
+    HeatOptions, HeatReport, InitialHeat, LogMap, NoTriangulation, Place, Singularity, StraightPath,
+    SurfaceFieldError, SurfaceFields, SurfacePath, Triangles, Triangulated,
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
 pub use ndf_fields::{DirectionField, FieldError};
 pub use ndf_formats::point_cloud::CloudOptions;
-pub use ndf_geodesic::GeodesicError;
+pub use ndf_geodesic::{GeodesicError, ThroughOptions};
 pub use ndf_intrinsic::{ExtractionError, ExtractionReport};
 pub use ndf_mesh::repair::{Parts, RepairOptions};
 pub use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};

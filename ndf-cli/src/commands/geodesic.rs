@@ -34,6 +34,13 @@ pub struct Arguments {
     /// Time step of the heat method, in squared mean edge lengths [default: 1, or larger where heat must go farther].
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = length)]
     time_step: Option<f64>,
+    /// Also write the number of the nearest source at every vertex as `nearest`, counted as --source-vertex and then --source give them,
+    /// and -1 where there is none: the regions of a Voronoi diagram.
+    #[arg(long)]
+    nearest: bool,
+    /// Go no farther than this; what lies beyond is infinitely far.
+    #[arg(long, value_name = "D", allow_negative_numbers = true, value_parser = length)]
+    max_distance: Option<f64>,
     /// Also find the shortest path from the nearest source to the surface's point closest to this one; may be given several
     /// times. The paths are lines in the file of --paths, which `ndf render --paths` draws; --json has them with faces and
     /// barycentric coordinates, too.
@@ -81,6 +88,10 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if arguments.time_step.is_some() && arguments.method == Method::Exact {
         return Err(Failure::new("--time-step is for the heat method").try_instead("add --method heat"));
     }
+    if arguments.nearest && arguments.method == Method::Heat {
+        return Err(Failure::new("heat does not tell from which source it comes")
+            .try_instead("--nearest takes --method exact"));
+    }
     let name = arguments.triangulation.input.display();
     context.expect(&["extraction", "geodesic distances"]);
     let read = read_triangulation(&arguments.triangulation, arguments.sources.only_of_meshes(), context)?;
@@ -93,6 +104,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         method: arguments.method.into(),
         time_step: arguments.time_step,
         paths_to: arguments.path_to.iter().copied().map(Place::Near).collect(),
+        nearest: arguments.nearest,
+        max_distance: arguments.max_distance,
     };
     let progress = context.progress();
     let distances = found
@@ -100,7 +113,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         .map_err(|error| no_distances(&arguments.triangulation.input, error))?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
-    context.write_mesh(&arguments.output, mesh, &[distances.scalars()])?;
+    let mut scalars = vec![distances.scalars()];
+    scalars.extend(arguments.nearest.then(|| distances.nearest_scalars()));
+    context.write_mesh(&arguments.output, mesh, &scalars)?;
     let Distances { values: distances, heat, paths, notes, .. } = distances;
     notes.iter().for_each(|note| context.warn_of(&name, note));
     let unused = found.unused_vertices();
@@ -209,10 +224,14 @@ fn counted(sources: usize) -> String {
 
 /// A path as positions and as faces with barycentric coordinates, from the source on.
 fn described(path: &SurfacePath, mesh: &TriangleMesh) -> Value {
+    json!({"length": path.length, "source": path.source, "points": corners(&path.points, mesh)})
+}
+
+/// Points of faces with their positions.
+pub(super) fn corners(points: &[FacePoint], mesh: &TriangleMesh) -> Vec<Value> {
     let corner = |point: &FacePoint| {
         let FacePoint { face, barycentric } = point;
         json!({"face": face, "barycentric": barycentric, "position": point.position(mesh).to_array()})
     };
-    let points: Vec<Value> = path.points.iter().map(corner).collect();
-    json!({"length": path.length, "source": path.source, "points": points})
+    points.iter().map(corner).collect()
 }

@@ -15,6 +15,7 @@ pub mod logmap;
 pub mod man;
 pub mod measure;
 pub mod mesh;
+pub mod path;
 pub mod remesh;
 pub mod render;
 pub mod repair;
@@ -64,6 +65,8 @@ pub enum Command {
     Mesh(mesh::Arguments),
     /// Measure the distance between a mesh and a reference, in both directions
     Measure(measure::Arguments),
+    /// Find a geodesic that winds as a chain of places does, or a closed one
+    Path(path::Arguments),
     /// Make a mesh of another edge length
     Remesh(remesh::Arguments),
     /// Make a manifold of an imperfect mesh, and say which vertices are which
@@ -118,6 +121,7 @@ impl Command {
             Self::Man(arguments) => man::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),
             Self::Measure(arguments) => measure::run(arguments, context),
+            Self::Path(arguments) => path::run(arguments, context),
             Self::Remesh(arguments) => remesh::run(arguments, context),
             Self::Repair(arguments) => repair::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),

@@ -3,6 +3,8 @@
 use std::io::Read;
 use std::process::{Command, Stdio};
 
+use ndf_mesh::io::read_mesh;
+
 use super::{Folder, ndf};
 
 #[test]
@@ -220,4 +222,51 @@ fn models_become_tensors_and_come_back() {
     assert!(unknown.sentence().contains("x.png") && unknown.sentence().contains(".safetensors"));
     let base = ndf(&folder.0, &["fit", "torus.ply", "-o", "x.ndf", "--base", "torus.ndf"]);
     assert!(base.sentence().contains("torus.ndf is a model, not a mesh"));
+}
+
+/// A loop around the tube of a torus and one through its hole, and the regions of two sources.
+#[test]
+fn paths_wind_as_they_are_told_and_sources_have_regions() {
+    let folder = Folder::new("winding");
+    ndf(&folder.0, &["sample", "mesh", "--shape", "torus", "-o", "torus.ply", "--json"]).json();
+    let tube =
+        ["--through", "1.4,0,0", "--through", "1,0,0.4", "--through", "0.6,0,0", "--through", "1,0,-0.4"];
+    let run = [&["path", "torus.ply", "-o", "loop.ply", "--closed", "--json"][..], &tube].concat();
+    let found = ndf(&folder.0, &run).json();
+    let length = found["length"].as_f64().unwrap();
+    assert!(
+        (length / (0.4 * std::f64::consts::TAU) - 1.0).abs() < 2e-3 && found["geodesic"] == true,
+        "{found}"
+    );
+    let points = found["points"].as_array().unwrap();
+    assert_eq!(points.first().unwrap()["position"], points.last().unwrap()["position"]);
+    // Two vertices have one shortest way.
+    let ends = ["--through-vertex", "0", "--through-vertex", "90"];
+    let straight =
+        ndf(&folder.0, &[&["path", "torus.ply", "-o", "p.obj", "--json"][..], &ends].concat()).json();
+    let measured = ["geodesic", "torus.ply", "-o", "d.ply", "--source-vertex", "0", "--json"];
+    ndf(&folder.0, &measured).json();
+    let distances = read_mesh(folder.0.join("d.ply")).unwrap();
+    let distance = f64::from(distances.scalars[0].values[90]);
+    assert!((straight["length"].as_f64().unwrap() / distance - 1.0).abs() < 1e-6);
+    let one = ndf(&folder.0, &["path", "torus.ply", "-o", "p.ply", "--through", "1,0,0"]);
+    assert!(one.sentence().contains("more than once"));
+    let regions = ["geodesic", "torus.ply", "-o", "n.ply", "--source-vertex", "0", "--source", "-1.4,0,0"];
+    let limits = ["--nearest", "--max-distance", "1", "--json"];
+    let found = ndf(&folder.0, &[&regions[..], &limits].concat()).json();
+    assert!(found["max_distance"].as_f64().unwrap() <= 1.0 && found["unreached"].as_u64().unwrap() > 0);
+    let file = read_mesh(folder.0.join("n.ply")).unwrap();
+    let of = |name: &str| &file.scalars.iter().find(|scalars| scalars.name == name).unwrap().values;
+    for ((p, d), source) in file.mesh.positions().iter().zip(of("distance")).zip(of("nearest")) {
+        let expected = if d.is_infinite() {
+            -1.0
+        } else if p.x > 0.0 {
+            0.0
+        } else {
+            1.0
+        };
+        assert!(*source == expected, "{p}: {d} {source}");
+    }
+    let heat = ndf(&folder.0, &[&regions[..], &["--nearest", "--method", "heat"]].concat());
+    assert!(heat.sentence().contains("--method exact"));
 }

@@ -15,10 +15,10 @@ static SCHEMA: LazyLock<Value> =
 
 /// Parts that several commands have.
 const PARTS: [&str; 9] =
-    ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "path", "scalar-range"];
+    ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "shortest-path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 24] = [
+const COMMANDS: [&str; 25] = [
     "batch",
     "completions",
     "convert",
@@ -34,6 +34,7 @@ const COMMANDS: [&str; 24] = [
     "man",
     "measure",
     "mesh",
+    "path",
     "remesh",
     "render",
     "repair",

@@ -38,6 +38,10 @@ pub struct DistanceOptions {
     pub time_step: Option<f64>,
     /// Where shortest paths lead from the nearest source. They are exact with either method.
     pub paths_to: Vec<Place>,
+    /// Look for the nearest source of every vertex, which only exact distances tell.
+    pub nearest: bool,
+    /// How far distances go, if not everywhere: what is farther is infinite.
+    pub max_distance: Option<f64>,
 }
 
 /// Distances over a surface, in its units.
@@ -47,6 +51,9 @@ pub struct Distances {
     /// Of every vertex of the [mesh](super::Triangulated::mesh) from the nearest source; +∞ where none reaches, and at
     /// vertices that no face uses.
     pub values: Vec<f64>,
+    /// The nearest source of every vertex, as an index of those given, if asked for: the regions of a Voronoi diagram. `None` where
+    /// the distance is infinite.
+    pub nearest: Vec<Option<usize>>,
     /// What the heat method took, where it was used.
     pub heat: Option<HeatReport>,
     /// The paths that were asked for, in order, or why there is none.
@@ -65,6 +72,23 @@ pub struct SurfacePath {
     pub length: f64,
     /// Which source it begins at, as an index of those given.
     pub source: usize,
+}
+
+/// A path that is locally shortest: straight wherever it may be.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StraightPath {
+    /// The corners of the polyline, as points of faces of the [mesh](super::Triangulated::mesh): straight in a face between each
+    /// two. A loop ends where it begins.
+    pub points: Vec<FacePoint>,
+    /// Its length.
+    pub length: f64,
+    /// Whether it is straight everywhere; where a path touches itself it may be held back.
+    pub is_geodesic: bool,
+    /// Edges that were flipped to find it.
+    pub flips: usize,
+    /// What is doubtful: places far from the surface.
+    pub notes: Vec<Note>,
 }
 
 /// How the heat method went.
@@ -114,5 +138,11 @@ impl Distances {
     pub fn scalars(&self) -> VertexScalars {
         let values = self.values.iter().map(|&d| d as f32).collect();
         VertexScalars { name: "distance".to_owned(), values }
+    }
+
+    /// The nearest sources as the scalar `nearest`: the index of the source, -1 where none is near.
+    pub fn nearest_scalars(&self) -> VertexScalars {
+        let values = self.nearest.iter().map(|source| source.map_or(-1.0, |source| source as f32)).collect();
+        VertexScalars { name: "nearest".to_owned(), values }
     }
 }

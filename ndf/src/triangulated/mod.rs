@@ -24,7 +24,7 @@ use crate::range::{OutOfRange, check_range};
 use crate::{EdgeLength, ModelExt, Note};
 
 pub use distances::{
-    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, SurfacePath,
+    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, StraightPath, SurfacePath,
 };
 pub use fields::{
     Alignment, Directions, Heat, HeatOptions, InitialHeat, LogMap, Singularity, SurfaceFieldError,

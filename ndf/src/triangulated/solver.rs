@@ -4,13 +4,18 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ndf_core::{Hint, Progress};
-use ndf_geodesic::{ExactOptions, GeodesicError, Geodesics, HeatSolver, Path, exact_distances};
+use ndf_geodesic::{
+    ExactOptions, GeodesicError, Geodesics, HeatSolver, Path, ThroughOptions, exact_distances,
+    geodesic_through,
+};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::repair::{Irreparable, Origins, double_cover};
 use ndf_mesh::{FacePoint, ManifoldMesh, SurfacePoint, TriangleMesh, TriangleTree, Vertex};
 use rayon::prelude::*;
 
-use super::{DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, SurfacePath};
+use super::{
+    DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, StraightPath, SurfacePath,
+};
 use super::{Original, Triangles, Triangulated};
 use crate::Note;
 use crate::analysis::SNAP;
@@ -102,7 +107,8 @@ impl<'a> DistanceSolver<'a> {
             // Of several places that are one, any will do.
             targets.extend(working.points(place, &mut notes)?.first().copied());
         }
-        let exact = ExactOptions { keep_windows: !targets.is_empty(), ..self.exact() };
+        let radius = options.max_distance.unwrap_or(f64::INFINITY);
+        let exact = ExactOptions { keep_windows: !targets.is_empty(), radius, ..self.exact() };
         let paths_to = |geodesics: &Geodesics<'_>, targets: &[SurfacePoint]| {
             let path = |path: Path| working.path(path, &owners);
             targets.iter().map(|&target| geodesics.path_to(target).map(path)).collect()
@@ -111,9 +117,11 @@ impl<'a> DistanceSolver<'a> {
             let geodesics = exact_distances(&self.mesh, &points, &exact, progress)?;
             let paths = paths_to(&geodesics, &targets);
             let values = working.values(geodesics.distances());
-            return Ok(Distances { values, heat: None, paths, notes });
+            let nearest = if options.nearest { working.nearest(&geodesics, &owners) } else { Vec::new() };
+            return Ok(Distances { values, nearest, heat: None, paths, notes });
         }
-        let (values, heat) = self.heat(&points, options.time_step, progress)?;
+        let (mut values, heat) = self.heat(&points, options.time_step, progress)?;
+        values.iter_mut().filter(|d| **d > radius).for_each(|d| *d = f64::INFINITY);
         // The heat method has no paths of its own; the exact one need go no farther than the targets.
         let paths = if targets.is_empty() {
             Vec::new()
@@ -121,7 +129,8 @@ impl<'a> DistanceSolver<'a> {
             let exact = ExactOptions { targets: targets.clone(), ..exact };
             paths_to(&exact_distances(&self.mesh, &points, &exact, progress)?, &targets)
         };
-        Ok(Distances { values: working.values(&values), heat: Some(heat), paths, notes })
+        let values = working.values(&values);
+        Ok(Distances { values, nearest: Vec::new(), heat: Some(heat), paths, notes })
     }
 
     /// Distances of points of faces from the nearest source: exact, or, with the heat method, linear between the corners.
@@ -173,6 +182,35 @@ impl<'a> DistanceSolver<'a> {
         let geodesics = exact_distances(&self.mesh, &points, &exact, progress)?;
         let target = targets.first().copied().ok_or(GeodesicError::NoSource)?;
         Ok(working.path(geodesics.path_to(target)?, &owners))
+    }
+
+    /// A path through places, or one that only winds as the way through them does, made straight: see
+    /// [`geodesic_through`]. Places are moved to the nearest corner of their faces. No path leads through a vertex in which fans of
+    /// faces meet.
+    ///
+    /// # Errors
+    /// If there are fewer than two places, one is not on the surface, or no path leads there; or the observer asks to stop.
+    pub fn through(
+        &self,
+        places: &[Place],
+        options: ThroughOptions,
+        progress: &dyn Progress,
+    ) -> Result<StraightPath, DistanceError> {
+        let working = self.working();
+        let mut notes = Vec::new();
+        let mut vertices = Vec::new();
+        for &place in places {
+            vertices.extend(working.points(place, &mut notes)?.first().map(|&point| working.corner(point)));
+        }
+        let found = geodesic_through(working.mesh, &vertices, options, progress)?;
+        let points = found.points.iter().map(|point| working.on_file(point.in_some_face(working.mesh)));
+        Ok(StraightPath {
+            points: points.collect(),
+            length: self.surface.applied().distances * found.length,
+            is_geodesic: found.is_geodesic,
+            flips: found.flips,
+            notes,
+        })
     }
 
     /// Exact distances between all pairs of vertices of the [mesh](Triangulated::mesh), k × k, row by row: symmetric, and
@@ -357,6 +395,27 @@ impl Working<'_> {
             Some((_, origins)) => origins.values(values, f64::INFINITY, f64::min),
             None => values.to_vec(),
         }
+    }
+
+    /// The nearest sources of the file's vertices.
+    fn nearest(&self, geodesics: &Geodesics<'_>, owners: &[usize]) -> Vec<Option<usize>> {
+        let nearest =
+            geodesics.nearest_sources().into_iter().map(|source| source.map(|source| owners[source]));
+        let nearest: Vec<Option<usize>> = nearest.collect();
+        let Some((_, origins)) = self.original else { return nearest };
+        let both: Vec<_> = geodesics.distances().iter().copied().zip(nearest).collect();
+        let nearer = |a: (f64, Option<usize>), b: (f64, Option<usize>)| if b.0 < a.0 { b } else { a };
+        origins.values(&both, (f64::INFINITY, None), nearer).into_iter().map(|(_, source)| source).collect()
+    }
+
+    /// The vertex closest to a point, as its face has it.
+    fn corner(&self, point: SurfacePoint) -> Vertex {
+        if let SurfacePoint::Vertex(vertex) = point {
+            return vertex;
+        }
+        let FacePoint { face, barycentric } = point.in_some_face(self.mesh);
+        let largest = (0..3).max_by(|&a, &b| barycentric[a].total_cmp(&barycentric[b]));
+        Vertex(self.mesh.faces()[face.index()][largest.unwrap_or(0)])
     }
 
     /// A path from a source on the file's faces.
