@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     let mesh = read.surface.mesh();
     let positions: Vec<DVec3> = found.points.iter().map(|point| point.position(mesh)).collect();
-    context.write_lines(output, &Lines::from_polylines([positions.as_slice()].into_iter()))?;
+    context.write_lines(output, &Lines::from_polylines([positions.as_slice()]))?;
     let mut json = json!({
         "seconds": seconds,
         "length": found.length,
