@@ -1,18 +1,18 @@
-//! Pictures of the paper's first figure: modes, distances and heat on representations that are no meshes.
+//! Pictures as in the paper's first figure: modes, distances, heat, stripes, directions and transport on all kinds of surfaces.
 
 use std::fs;
 use std::path::Path;
 
 use ndf::analysis::mode_scalars;
-use ndf::{DistanceOptions, EdgeLength, Place, Triangulated, Vertex};
+use ndf::{
+    Alignment, DVec3, DistanceOptions, EdgeLength, HeatOptions, InitialHeat, Place, Triangulated, Vertex,
+};
 use ndf_cli::drawn::usual_up;
-use ndf_cli::render::{ColourMap, View, upright};
-use ndf_cli::report::{Figure, Shot};
+use ndf_cli::render::{Camera, ColourMap, Scene, Style, View, png_bytes, render, upright, with_tubes};
 use ndf_core::NoProgress;
-use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::TriangleMesh;
-use ndf_mesh::io::VertexScalars;
-use ndf_spectral::{LaplaceBeltrami, ModeOptions, OperatorOptions, ScreenedPoisson};
+use ndf_mesh::io::Lines;
+use ndf_spectral::ModeOptions;
 use serde::{Deserialize, Serialize};
 
 use super::fits::{Learned, model, read};
@@ -30,7 +30,13 @@ const EDGE_LENGTH: f64 = 0.025;
 const HEAT_TIME: f64 = 0.003;
 /// Size of the pictures.
 const PICTURE: (usize, usize) = (300, 240);
-const STRIPES: &str = "stripe patterns";
+/// Stripes along the diagonal.
+const STRIPES: f64 = 30.0;
+/// Vectors that are drawn, their lengths and the radius of their lines, in shares of the diagonal.
+const VECTORS: usize = 700;
+const VECTOR: (f64, f64) = (0.016, 0.0016);
+/// What is drawn last.
+const LAST: &str = "transport";
 
 /// A picture, or why there is none.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -65,7 +71,7 @@ pub(super) fn run(setup: &Setup, all: &[Shape]) -> Result<(), String> {
     let mut rows = pictures(setup)?;
     let mut shapes: Vec<&Shape> = Vec::new();
     // In the quick subset, of what has a model already.
-    for role in [Role::Density, Role::Network, Role::Cloud] {
+    for role in [Role::Cloud, Role::Density, Role::Network, Role::Mesh] {
         let most = match role {
             Role::Density if setup.scale.is_quick => 0,
             Role::Density => 2,
@@ -74,7 +80,10 @@ pub(super) fn run(setup: &Setup, all: &[Shape]) -> Result<(), String> {
         shapes.extend(all.iter().filter(|shape| shape.role == role).take(most));
     }
     for shape in shapes {
-        let is_there = rows.all().iter().any(|p| p.shape == shape.name && p.scalar == STRIPES);
+        let kind =
+            |shape: &Shape| shape.open().map_or_else(|_| String::new(), |opened| opened.kind.to_string());
+        let is_there =
+            rows.all().iter().any(|p| p.shape == shape.name && p.kind == kind(shape) && p.scalar == LAST);
         if setup.is_over() || setup.missing && is_there {
             continue;
         }
@@ -113,47 +122,82 @@ fn drawn(setup: &Setup, shape: &Shape) -> Result<Vec<Picture>, String> {
         load: load(),
         left_out: String::new(),
     };
-    let mut draw = |name: &str, seconds: f64, scalar: &VertexScalars| -> Result<(), String> {
+    let mut draw = |name: &str, seconds: f64, drawing: Drawing<'_>| -> Result<(), String> {
         let file = format!("teaser/{}-{kind}-{}.png", shape.name, name.replace(' ', "-"));
-        write_picture(mesh, scalar, view, &setup.out.join(&file))?;
+        drawing.write(mesh, view, &setup.out.join(&file))?;
         pictures.push(picture(name, file, seconds));
         Ok(())
     };
+    let diagonal = mesh.bounds().diagonal();
     let options = ModeOptions { count: MODES[2] + 1, ..ModeOptions::default() };
     let (seconds, modes) = timed(|| surface.modes(&options, &NoProgress));
     let modes = mode_scalars(&modes.map_err(|e| e.to_string())?);
     for mode in MODES {
-        draw(&format!("mode {mode}"), seconds, &modes[mode])?;
+        draw(&format!("mode {mode}"), seconds, Drawing::Scalar(&modes[mode].values))?;
     }
     let source = Vertex(0);
     let options = DistanceOptions::default();
     let (seconds, distances) = timed(|| surface.distances(&[Place::Vertex(source)], &options, &NoProgress));
-    draw("distance", seconds, &distances.map_err(|e| e.to_string())?.scalars())?;
-    let (seconds, heat) = timed(|| heat(&surface, source));
-    draw("heat", seconds, &VertexScalars { name: "heat".to_owned(), values: heat? })?;
-    let reason = "no crate of the workspace computes them".to_owned();
-    pictures.push(Picture { left_out: reason, ..picture(STRIPES, String::new(), 0.0) });
+    draw("distance", seconds, Drawing::Scalar(&distances.map_err(|e| e.to_string())?.scalars().values))?;
+    let start = InitialHeat::Sources(vec![Place::Vertex(source)]);
+    let options = HeatOptions { time: HEAT_TIME * diagonal * diagonal, frames: 1, is_boundary_held: false };
+    let (seconds, heat) = timed(|| surface.heat(&start, &options, &NoProgress));
+    let heat = heat.map_err(|e| e.to_string())?.frames.swap_remove(0);
+    draw("heat", seconds, Drawing::Scalar(&heat.iter().map(|&u| u as f32).collect::<Vec<_>>()))?;
+    let fields = surface.fields().map_err(|e| e.to_string())?;
+    let (seconds, stripes) = timed(|| {
+        let lines = fields.directions(2, &Alignment::Free, &NoProgress)?;
+        fields.stripes(&lines.field, STRIPES / diagonal, &NoProgress)
+    });
+    let (stripes, _) = stripes.map_err(|e| e.to_string())?;
+    draw("stripes", seconds, Drawing::Scalar(&stripes.iter().map(|&x| x as f32).collect::<Vec<_>>()))?;
+    let (seconds, crosses) = timed(|| fields.directions(4, &Alignment::Curvature, &NoProgress));
+    draw("directions", seconds, Drawing::Vectors(&crosses.map_err(|e| e.to_string())?.vectors, 4))?;
+    let (seconds, carried) = timed(|| fields.transport(source, 0.0));
+    draw(LAST, seconds, Drawing::Vectors(&carried.map_err(|e| e.to_string())?, 1))?;
     Ok(pictures)
 }
 
-/// Heat that began in one vertex, after some time.
-fn heat(surface: &Triangulated, source: Vertex) -> Result<Vec<f32>, String> {
-    let mesh = surface.manifold().map_err(ToString::to_string)?;
-    let operator = LaplaceBeltrami::new(&IntrinsicMesh::from_mesh(mesh), OperatorOptions::default());
-    let operator = operator.map_err(|e| e.to_string())?;
-    let time = HEAT_TIME * mesh.bounds().diagonal().powi(2);
-    let poisson = ScreenedPoisson::new(&operator, 1.0 / time).map_err(|e| e.to_string())?;
-    let mut start = vec![0.0; mesh.vertex_count()];
-    start[source.index()] = 1.0;
-    let heat = poisson.heat_step(&start);
-    let most = heat.iter().copied().fold(0.0, f64::max);
-    Ok(heat.into_iter().map(|u| (u / most) as f32).collect())
+/// What a picture shows of a surface.
+enum Drawing<'a> {
+    /// A value at every vertex.
+    Scalar(&'a [f32]),
+    /// A vector at every vertex, of which a part is drawn, turned to all of so many sides.
+    Vectors(&'a [DVec3], u32),
 }
 
-fn write_picture(mesh: &TriangleMesh, scalar: &VertexScalars, view: View, file: &Path) -> Result<(), String> {
-    let shot = Shot { view, width: PICTURE.0, height: PICTURE.1, ..Shot::default() };
-    let map = ColourMap::of(&scalar.values);
-    let figure =
-        Figure::of_mesh(mesh, Some((scalar, map)), "", &shot, &NoProgress).map_err(|e| e.to_string())?;
-    fs::write(file, figure.png).map_err(|e| format!("{}: {e}", file.display()))
+impl Drawing<'_> {
+    fn write(self, mesh: &TriangleMesh, view: View, file: &Path) -> Result<(), String> {
+        let camera = Camera::framing(mesh.positions(), view, PICTURE.0, PICTURE.1);
+        let with_lines;
+        let scene = match self {
+            Self::Scalar(values) => Scene::new(mesh).painted(values, ColourMap::of(values)),
+            Self::Vectors(vectors, sides) => {
+                let radius = VECTOR.1 * mesh.bounds().diagonal();
+                with_lines = with_tubes(mesh.clone(), &lines(mesh, vectors, sides), radius);
+                Scene::new(&with_lines).with_lines_from(mesh.face_count())
+            }
+        };
+        let image = render(&scene, &camera, &Style::default(), &NoProgress);
+        let bytes = png_bytes(&image, false).map_err(|e| e.to_string())?;
+        fs::write(file, bytes).map_err(|e| format!("{}: {e}", file.display()))
+    }
+}
+
+/// Lines along some of the vectors, from their vertices, or through these where vectors have several sides.
+fn lines(mesh: &TriangleMesh, vectors: &[DVec3], sides: u32) -> Lines {
+    let length = VECTOR.0 * mesh.bounds().diagonal();
+    let normals = mesh.vertex_normals();
+    let mut drawn: Vec<[DVec3; 2]> = Vec::new();
+    for v in (0..vectors.len()).step_by(vectors.len().div_ceil(VECTORS)) {
+        let (place, normal) = (mesh.positions()[v], normals[v].normalize_or_zero());
+        let Some(along) = vectors[v].try_normalize() else { continue };
+        let across = normal.cross(along);
+        match sides {
+            1 => drawn.push([place, place + 2.0 * length * along]),
+            2 => drawn.push([place - length * along, place + length * along]),
+            _ => drawn.extend([along, across].map(|d| [place - length * d, place + length * d])),
+        }
+    }
+    Lines::from_polylines(drawn.iter().map(|line| line.as_slice()))
 }
