@@ -22,7 +22,7 @@ const TELLING: (f64, Duration) = (0.05, Duration::from_secs(4));
 
 /// All stages in the order in which jobs have them, and about how long each takes beside the others. Of those in one row a
 /// job has one.
-const STAGES: [(&[&str], f64); 13] = [
+const STAGES: [(&[&str], f64); 14] = [
     (&["orienting"], 10.0),
     (&["marching cubes"], 10.0),
     (&["decimation"], 5.0),
@@ -31,6 +31,7 @@ const STAGES: [(&[&str], f64); 13] = [
     (&["training", "levels"], 100.0),
     (&["scalars", "learning scalar fields"], 100.0),
     (&["extraction"], 10.0),
+    (&["measuring"], 5.0),
     (&["geodesic distances"], 30.0),
     (&["factoring"], 5.0),
     (&["modes"], 20.0),

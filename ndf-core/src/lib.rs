@@ -43,7 +43,7 @@ mod project;
 pub mod surface;
 
 pub use bounding_box::BoundingBox;
-pub use progress::{Cancelled, NoProgress, Part, Progress};
+pub use progress::{Cancelled, NoProgress, Part, Progress, Sparingly};
 pub use project::{project_all, projected};
 pub use surface::{Answer, Foot, Hint, ImplicitField, Inside, Miss, Query, Surface};
 

@@ -38,6 +38,34 @@ impl Progress for NoProgress {
     fn report(&self, _stage: &str, _fraction: f64) {}
 }
 
+/// Checks in a loop whose steps are too short for a check each.
+pub struct Sparingly<'a> {
+    progress: &'a dyn Progress,
+    every: u32,
+    steps: u32,
+}
+
+impl<'a> Sparingly<'a> {
+    /// Asks `progress` once in `every` steps, the first time after so many.
+    pub fn new(progress: &'a dyn Progress, every: u32) -> Self {
+        Self { progress, every, steps: 0 }
+    }
+
+    /// One step: goes on unless it is time to ask and the work should stop.
+    ///
+    /// # Errors
+    /// [`Cancelled`], if it should.
+    #[inline]
+    pub fn check(&mut self) -> Result<(), Cancelled> {
+        self.steps += 1;
+        if self.steps < self.every {
+            return Ok(());
+        }
+        self.steps = 0;
+        self.progress.check()
+    }
+}
+
 /// A part of longer work, as its observer sees it: what is reported as 0 to 1 is from one fraction of the whole to another.
 pub struct Part<'a> {
     whole: &'a dyn Progress,
@@ -99,6 +127,14 @@ mod tests {
         fn cancelled(&self) -> bool {
             true
         }
+    }
+
+    #[test]
+    fn short_steps_ask_once_in_so_many() {
+        let mut steps = Sparingly::new(&Stopped, 3);
+        let found: Vec<bool> = (0..6).map(|_| steps.check().is_err()).collect();
+        assert_eq!(found, [false, false, true, false, false, true]);
+        assert!((0..10).all(|_| Sparingly::new(&NoProgress, 1).check().is_ok()));
     }
 
     #[test]

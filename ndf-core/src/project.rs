@@ -4,16 +4,14 @@ use rayon::prelude::*;
 
 use crate::{Answer, Miss, Query, Surface};
 
-/// Queries a thread takes at a time: enough to hide scheduling, few enough to balance.
-const CHUNK: usize = 256;
-
-/// Projects every query over the current rayon pool. The answers do not depend on the number of threads.
+/// Projects every query over the current rayon pool, in [batches](Surface::batch). The answers do not depend on the number of threads.
 ///
 /// # Panics
 /// If the slices differ in length.
 pub fn project_all(surface: &dyn Surface, queries: &[Query], feet: &mut [Answer]) {
     assert_eq!(queries.len(), feet.len());
-    queries.par_chunks(CHUNK).zip(feet.par_chunks_mut(CHUNK)).for_each(|(q, f)| surface.project(q, f));
+    let batch = surface.batch().max(1);
+    queries.par_chunks(batch).zip(feet.par_chunks_mut(batch)).for_each(|(q, f)| surface.project(q, f));
 }
 
 /// As [`project_all`], into a new vector.

@@ -94,6 +94,12 @@ pub trait Surface: Send + Sync {
     /// Projects every query; `feet[i]` answers `queries[i]`. The slices have the same length.
     fn project(&self, queries: &[Query], feet: &mut [Answer]);
 
+    /// How many queries a call should have, where there are so many: enough to hide what a call costs, few enough to share them
+    /// among threads.
+    fn batch(&self) -> usize {
+        256
+    }
+
     /// How far a foot may be from the surface.
     fn tolerance(&self) -> f64 {
         1e-9 * self.bounds().diagonal()
@@ -161,6 +167,11 @@ pub trait ImplicitField: Send + Sync {
         None
     }
 
+    /// How many points a call should have, where there are so many: as that of a [`Surface`].
+    fn batch(&self) -> usize {
+        512
+    }
+
     /// Step of the default gradient, in units of length.
     fn difference_step(&self) -> f64 {
         1e-5 * self.bounds().diagonal()
@@ -191,6 +202,9 @@ macro_rules! forward_field {
             }
             fn lipschitz(&self) -> Option<f64> {
                 (**self).lipschitz()
+            }
+            fn batch(&self) -> usize {
+                (**self).batch()
             }
             fn difference_step(&self) -> f64 {
                 (**self).difference_step()

@@ -50,7 +50,7 @@ pub enum GeodesicError {
     Direction([f64; 2]),
     /// The time step of the heat method is not a positive number.
     #[cfg(feature = "heat")]
-    #[error("the time step must be a positive number, not {0}")]
+    #[error("the time step must be a positive number of squared mean edge lengths, not {0}")]
     TimeStep(f64),
     /// The matrices of the heat method could not be assembled or factorised.
     #[cfg(feature = "heat")]

@@ -39,6 +39,7 @@
 //! # Ok::<(), ndf_geodesic::GeodesicError>(())
 //! ```
 
+use ndf_core::{NoProgress, Progress};
 use ndf_intrinsic::{IntrinsicMesh, triangle};
 use ndf_mesh::SurfacePoint;
 use ndf_spectral::{Cholesky, Components, LaplaceBeltrami, Mass, MetricTriangles, SymbolicCholesky};
@@ -86,14 +87,20 @@ impl HeatSolver {
     /// # Errors
     /// If a vertex has no area around it, or the matrices are not positive definite to double precision.
     pub fn new(mesh: &IntrinsicMesh) -> Result<Self, GeodesicError> {
-        Self::with_time(mesh, 1.0)
+        Self::with_time(mesh, 1.0, &NoProgress)
     }
 
-    /// Factorises for `time` times the square of the mean edge length.
+    /// Factorises for `time` times the square of the mean edge length. The observer can stop it between the steps, of which
+    /// the factorisations are the longest.
     ///
     /// # Errors
-    /// As [`new`](Self::new); also if `time` is not positive.
-    pub fn with_time(mesh: &IntrinsicMesh, time: f64) -> Result<Self, GeodesicError> {
+    /// As [`new`](Self::new); also if `time` is not positive, or the observer asks to stop.
+    pub fn with_time(
+        mesh: &IntrinsicMesh,
+        time: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self, GeodesicError> {
+        progress.check()?;
         let given = mesh.clone();
         let mut mesh = mesh.clone();
         mesh.mollify(MOLLIFICATION);
@@ -101,14 +108,19 @@ impl HeatSolver {
         let mean = mesh.lengths().iter().sum::<f64>() / mesh.edge_count().max(1) as f64;
         let step = time * mean * mean;
         if !(step.is_finite() && step > 0.0) {
-            return Err(GeodesicError::TimeStep(step));
+            return Err(GeodesicError::TimeStep(time));
         }
+        progress.check()?;
         let operator = LaplaceBeltrami::from_lengths(&MetricTriangles::from(&mesh), Mass::Barycentric)?;
         let components = operator.components().clone();
         // Scaled by 1/t, which changes no direction of a gradient.
         let heat = operator.laplacian().plus(step.recip(), operator.mass());
+        progress.check()?;
         let symbolic = SymbolicCholesky::new(&heat)?;
-        let (heat, poisson) = (symbolic.cholesky(&heat)?, symbolic.cholesky(&operator.grounded())?);
+        progress.check()?;
+        let heat = symbolic.cholesky(&heat)?;
+        progress.check()?;
+        let poisson = symbolic.cholesky(&operator.grounded())?;
         Ok(Self { given, mesh, time: step, heat, poisson, components })
     }
 
@@ -274,8 +286,11 @@ mod tests {
     fn what_heat_does_not_reach_is_counted() {
         let strip = shapes::grid(2000, 2).map_positions(|p| p * ndf_core::DVec3::new(2000.0, 2.0, 0.0));
         let mesh = IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(strip).unwrap());
-        let from =
-            |time| HeatSolver::with_time(&mesh, time).unwrap().distances(&[SurfacePoint::Vertex(Vertex(0))]);
+        let from = |time| {
+            HeatSolver::with_time(&mesh, time, &NoProgress)
+                .unwrap()
+                .distances(&[SurfacePoint::Vertex(Vertex(0))])
+        };
         let (short, long) = (from(1.0).unwrap(), from(16.0).unwrap());
         assert!((3000..4000).contains(&short.out_of_reach), "{}", short.out_of_reach);
         assert_eq!(long.out_of_reach, 0);
@@ -288,7 +303,9 @@ mod tests {
         let solver = HeatSolver::new(&mesh).unwrap();
         assert_eq!(solver.distances(&[]).unwrap_err(), GeodesicError::NoSource);
         for time in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(HeatSolver::with_time(&mesh, time), Err(GeodesicError::TimeStep(_))));
+            let error = HeatSolver::with_time(&mesh, time, &NoProgress).unwrap_err();
+            // The number that was given, not the one in units of the mesh.
+            assert!(matches!(error, GeodesicError::TimeStep(t) if t.to_bits() == time.to_bits()));
         }
     }
 }

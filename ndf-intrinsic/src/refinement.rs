@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use ndf_core::{Cancelled, NoProgress, Progress, Sparingly};
 use ndf_mesh::SurfacePoint;
 use ndf_mesh::{Edge, Face, FacePoint, Halfedge, Vertex};
 
@@ -20,6 +21,11 @@ use crate::walking::{WalkEnd, walk};
 const ON_EDGE: f64 = 1e-6;
 /// Angles can be bounded at a vertex only if the angles around it sum to more than this, in radians: π / 3.
 const NEEDLE: f64 = std::f64::consts::FRAC_PI_3;
+
+/// Faces looked at between two questions whether to stop.
+const ASKED: u32 = 256;
+/// Insertions between two reports.
+const REPORTED: usize = 4096;
 
 /// What to refine for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +94,19 @@ impl IntrinsicTriangulation<'_> {
     /// Makes the triangulation Delaunay and inserts vertices until every face has the smallest angle and the
     /// circumradius asked for, but for small angles at needles. O(n log n) for n faces of the result.
     pub fn refine_delaunay(&mut self, options: &RefinementOptions) -> RefinementReport {
+        self.refine_delaunay_with(options, &NoProgress).expect("nothing asks to stop")
+    }
+
+    /// The same, with an observer that can stop it. It is told how many of the insertions that are allowed were made.
+    ///
+    /// # Errors
+    /// [`Cancelled`], if the observer asks to stop; the triangulation is a valid one then, too.
+    pub fn refine_delaunay_with(
+        &mut self,
+        options: &RefinementOptions,
+        progress: &dyn Progress,
+    ) -> Result<RefinementReport, Cancelled> {
+        progress.check()?;
         let flips = self.flip_to_delaunay().flips;
         let needles = self.base.angle_sums().into_iter().map(|sum| sum < NEEDLE).collect();
         let report = RefinementReport { flips, ..RefinementReport::default() };
@@ -99,8 +118,8 @@ impl IntrinsicTriangulation<'_> {
             edges: EdgeQueue::default(),
             report,
         };
-        refinement.run();
-        refinement.conclude()
+        refinement.run(progress)?;
+        Ok(refinement.conclude())
     }
 }
 
@@ -136,14 +155,20 @@ impl Refinement<'_, '_> {
         }
     }
 
-    fn run(&mut self) {
+    fn run(&mut self, progress: &dyn Progress) -> Result<(), Cancelled> {
+        let mut asked = Sparingly::new(progress, ASKED);
         self.mesh().faces().for_each(|f| self.push_if_bad(f));
         while let Some((area, Reverse(face))) = self.queue.pop() {
             let gone = face.index() >= self.mesh().face_count();
             if gone || self.mesh().area(face).to_bits() != area || self.judge(face) != Verdict::Bad {
                 continue;
             }
-            if self.report.insertions + self.report.boundary_splits >= self.options.max_insertions {
+            asked.check()?;
+            let made = self.report.insertions + self.report.boundary_splits;
+            if made.is_multiple_of(REPORTED) {
+                progress.report("refinement", made as f64 / self.options.max_insertions.max(1) as f64);
+            }
+            if made >= self.options.max_insertions {
                 self.report.reached_cap = true;
                 break;
             }
@@ -153,6 +178,7 @@ impl Refinement<'_, '_> {
                 None => {}
             }
         }
+        Ok(())
     }
 
     fn insert(&mut self, point: SurfacePoint) {

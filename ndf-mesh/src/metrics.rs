@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::FacePoint;
 use crate::sampling::AreaSampler;
 use crate::{TriangleMesh, TriangleTree};
-use ndf_core::{DVec3, Hint};
+use ndf_core::{Cancelled, DVec3, Hint, NoProgress, Progress};
 
 /// How many points are measured, and which.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +69,9 @@ pub enum MeasureError {
     /// No samples were asked for.
     #[error("at least one sample is needed")]
     NoSamples,
+    /// The observer asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Measures `mesh` against `reference`. A function of its arguments alone, not of the number of threads.
@@ -81,14 +84,30 @@ pub fn measure(
     mesh: &TriangleMesh,
     options: &MeasureOptions,
 ) -> Result<Measurement, MeasureError> {
+    measure_with(reference, mesh, options, &NoProgress)
+}
+
+/// The same, with an observer that can stop it.
+///
+/// # Errors
+/// As [`measure`], and [`MeasureError::Cancelled`].
+pub fn measure_with(
+    reference: &TriangleMesh,
+    mesh: &TriangleMesh,
+    options: &MeasureOptions,
+    progress: &dyn Progress,
+) -> Result<Measurement, MeasureError> {
     if options.samples == 0 {
         return Err(MeasureError::NoSamples);
     }
     let reference_sampler = AreaSampler::new(reference).ok_or(MeasureError::Reference)?;
     let mesh_sampler = AreaSampler::new(mesh).ok_or(MeasureError::Mesh)?;
     let drawn = |sampler: AreaSampler, stream| sampler.sample(options.samples, options.seed, stream);
-    let forth = one_sided(reference, &drawn(reference_sampler, 0), mesh);
-    let back = one_sided(mesh, &drawn(mesh_sampler, 1), reference);
+    progress.report("measuring", 0.0);
+    let forth = one_sided(reference, &drawn(reference_sampler, 0), mesh, progress)?;
+    progress.report("measuring", 0.5);
+    let back = one_sided(mesh, &drawn(mesh_sampler, 1), reference, progress)?;
+    progress.report("measuring", 1.0);
     let angles = forth.angles + back.angles;
     Ok(Measurement {
         reference_to_mesh: forth.distances(options.samples),
@@ -108,7 +127,7 @@ pub fn vertex_distances(mesh: &TriangleMesh, tree: &TriangleTree) -> Vec<f64> {
     mesh.positions().par_iter().map(distance).collect()
 }
 
-/// Samples summed at a time. The sums depend on it, so it is fixed, where the number of threads is not.
+/// Points measured at a time. Sums over samples depend on it, so it is fixed, where the number of threads is not.
 const CHUNK: usize = 1024;
 
 /// Sums over samples of one mesh and their closest points on the other.
@@ -144,9 +163,16 @@ impl Sums {
     }
 }
 
-fn one_sided(from: &TriangleMesh, samples: &[FacePoint], to: &TriangleMesh) -> Sums {
+fn one_sided(
+    from: &TriangleMesh,
+    samples: &[FacePoint],
+    to: &TriangleMesh,
+    progress: &dyn Progress,
+) -> Result<Sums, Cancelled> {
+    progress.check()?;
     let tree = TriangleTree::new(to);
     let of_samples = |samples: &[FacePoint]| {
+        progress.check()?;
         let mut sums = Sums::default();
         // Samples come ordered by face, so the last answer is a good hint.
         let mut hint = Hint::NONE;
@@ -164,21 +190,21 @@ fn one_sided(from: &TriangleMesh, samples: &[FacePoint], to: &TriangleMesh) -> S
                 sums.flipped += usize::from(n.dot(m) < 0.0);
             }
         }
-        sums
+        Ok(sums)
     };
     let mut used = vec![false; from.vertex_count()];
     from.faces().iter().flatten().for_each(|&v| used[v as usize] = true);
-    let farthest_vertex = from
-        .positions()
-        .par_iter()
-        .zip(&used)
-        .filter(|&(_, &used)| used)
-        .filter_map(|(&p, _)| tree.closest_point(p, Hint::NONE))
-        .map(|closest| closest.distance_squared)
-        .reduce(|| 0.0, f64::max);
-    let chunks: Vec<Sums> = samples.par_chunks(CHUNK).map(of_samples).collect();
+    let farthest = |(positions, used): (&[DVec3], &[bool])| {
+        progress.check()?;
+        let used = positions.iter().zip(used).filter(|&(_, &used)| used);
+        let closest = used.filter_map(|(&p, _)| tree.closest_point(p, Hint::NONE));
+        Ok(closest.map(|closest| closest.distance_squared).fold(0.0, f64::max))
+    };
+    let vertices = from.positions().par_chunks(CHUNK).zip(used.par_chunks(CHUNK));
+    let farthest_vertex = vertices.map(farthest).try_reduce(|| 0.0, |a, b| Ok::<f64, Cancelled>(a.max(b)))?;
+    let chunks: Vec<Sums> = samples.par_chunks(CHUNK).map(of_samples).collect::<Result<_, Cancelled>>()?;
     let sums = chunks.into_iter().fold(Sums::default(), Sums::plus);
-    Sums { max_squared: sums.max_squared.max(farthest_vertex), ..sums }
+    Ok(Sums { max_squared: sums.max_squared.max(farthest_vertex), ..sums })
 }
 
 #[cfg(test)]
@@ -257,6 +283,19 @@ mod tests {
         let distances = vertex_distances(&TriangleMesh::new(points, Vec::new()).unwrap(), &tree);
         assert_eq!(distances[..2], [2.0, 0.0]);
         assert!(distances[2].is_nan());
+    }
+
+    #[test]
+    fn an_observer_stops_it() {
+        struct Stopped;
+        impl Progress for Stopped {
+            fn report(&self, _stage: &str, _fraction: f64) {}
+            fn cancelled(&self) -> bool {
+                true
+            }
+        }
+        let mesh = shapes::cube(1);
+        assert_eq!(measure_with(&mesh, &mesh, &FEW, &Stopped), Err(MeasureError::Cancelled(Cancelled)));
     }
 
     #[test]

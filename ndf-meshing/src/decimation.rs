@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use ndf_core::{DVec3, Progress};
+use ndf_core::{Cancelled, DVec3, Progress, Sparingly};
 use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{Face, Halfedge, ManifoldMesh};
 
@@ -64,6 +64,8 @@ const LENGTH_COST: f64 = 1e-5;
 const TURN: f64 = 0.2;
 /// Collapses between two reports.
 const REPORT: usize = 2048;
+/// Edges queued between two questions whether to stop.
+const ASKED: u32 = 4096;
 
 /// Decimates a mesh. Deterministic; O(n log n), on the calling thread.
 ///
@@ -75,7 +77,8 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
         return Decimated { mesh: mesh.clone(), births, reached: true, collapses: 0, largest_cost: 0.0 };
     }
     let mut work = Decimation::new(mesh, options);
-    work.run(options.faces, progress);
+    // What is stopped has come as far as it has.
+    let _ = work.run(options.faces, progress);
     work.decimated()
 }
 
@@ -127,11 +130,20 @@ impl<'a> Decimation<'a> {
             largest_cost: 0.0,
         };
         this.gather_quadrics();
-        let edges = this.mesh.halfedges().filter(|&h| this.mesh.canonical(h) == h);
-        let entries: Vec<Entry> =
-            edges.collect::<Vec<_>>().into_iter().filter_map(|h| this.entry(h)).collect();
-        this.queue = BinaryHeap::from(entries);
         this
+    }
+
+    /// Queues all edges.
+    fn fill(&mut self, progress: &dyn Progress) -> Result<(), Cancelled> {
+        let mut asked = Sparingly::new(progress, ASKED);
+        let edges: Vec<Halfedge> = self.mesh.halfedges().filter(|&h| self.mesh.canonical(h) == h).collect();
+        let mut entries = Vec::with_capacity(edges.len());
+        for h in edges {
+            asked.check()?;
+            entries.extend(self.entry(h));
+        }
+        self.queue = BinaryHeap::from(entries);
+        Ok(())
     }
 
     fn gather_quadrics(&mut self) {
@@ -213,8 +225,12 @@ impl<'a> Decimation<'a> {
         }
     }
 
-    /// Decimates to so many faces.
-    pub(crate) fn run(&mut self, faces: usize, progress: &dyn Progress) {
+    /// Decimates to so many faces, from where it is.
+    pub(crate) fn run(&mut self, faces: usize, progress: &dyn Progress) -> Result<(), Cancelled> {
+        progress.report("decimation", 0.0);
+        if self.collapses == 0 && self.queue.is_empty() {
+            self.fill(progress)?;
+        }
         let faces_before = self.mesh.face_count();
         let to_remove = faces_before.saturating_sub(faces) as f64;
         while self.mesh.face_count() > faces {
@@ -239,12 +255,11 @@ impl<'a> Decimation<'a> {
             self.collapse(h, placement);
             if self.collapses.is_multiple_of(REPORT) {
                 progress.report("decimation", (faces_before - self.mesh.face_count()) as f64 / to_remove);
-                if progress.cancelled() {
-                    break;
-                }
+                progress.check()?;
             }
         }
         progress.report("decimation", 1.0);
+        Ok(())
     }
 
     /// Queues the edge once more with the best of its other placements that is sound.

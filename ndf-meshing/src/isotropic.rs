@@ -8,7 +8,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use ndf_core::projected;
-use ndf_core::{DVec3, Progress, Query, Surface};
+use ndf_core::{Cancelled, DVec3, Progress, Query, Sparingly, Surface};
 use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{Halfedge, ManifoldMesh, Vertex};
 
@@ -43,8 +43,8 @@ pub enum IsotropicError {
     #[error("the edge length {0} is not positive, or would make more than a hundred million faces")]
     EdgeLength(f64),
     /// The observer asked to stop.
-    #[error("cancelled")]
-    Cancelled,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Edges longer than this share of the length are split.
@@ -80,13 +80,13 @@ pub fn remesh_isotropically(
         work.mark_creases(angle);
     }
     for round in 0..options.rounds {
-        if progress.cancelled() {
-            return Err(IsotropicError::Cancelled);
-        }
+        progress.check()?;
         progress.report("isotropic remeshing", f64::from(round) / f64::from(options.rounds));
-        split_long(&mut work, LONG * length);
+        split_long(&mut work, LONG * length, progress)?;
         collapse_short(&mut work, SHORT * length, LONG * length);
+        progress.check()?;
         flip_to_regular(&mut work);
+        progress.check()?;
         if let Some(surface) = surface {
             relax(&mut work, surface);
         }
@@ -105,7 +105,8 @@ fn is_edge(mesh: &EditableMesh, h: Halfedge) -> bool {
 
 /// Splits edges in the middle until none is longer than `most`, always the longest: splitting the longest
 /// side of a face makes no new edge longer than it, so that this ends (Rivara 1984).
-fn split_long(mesh: &mut EditableMesh, most: f64) {
+fn split_long(mesh: &mut EditableMesh, most: f64, progress: &dyn Progress) -> Result<(), Cancelled> {
+    let mut asked = Sparingly::new(progress, 4096);
     // Not negative, so the bits order like the numbers.
     let entry = |mesh: &EditableMesh, h: Halfedge| {
         let h = mesh.canonical(h);
@@ -115,6 +116,7 @@ fn split_long(mesh: &mut EditableMesh, most: f64) {
     let edges = mesh.halfedges().filter(|&h| is_edge(mesh, h));
     let mut queue: BinaryHeap<_> = edges.filter_map(|h| entry(mesh, h)).collect();
     while let Some((bits, Reverse(h))) = queue.pop() {
+        asked.check()?;
         // The half-edge may name half of the edge it was queued for, which has its own entry.
         if length_squared(mesh, h).to_bits() == bits {
             let middle = mesh.position(mesh.tail(h)).midpoint(mesh.position(mesh.tip(h)));
@@ -124,6 +126,7 @@ fn split_long(mesh: &mut EditableMesh, most: f64) {
             queue.extend(sides.filter_map(|h| entry(mesh, h)));
         }
     }
+    Ok(())
 }
 
 /// Collapses interior edges shorter than `least` where that makes none longer than `most`.

@@ -48,6 +48,26 @@ pub(crate) fn mesh(vertices: &Points<'_>, faces: &Faces<'_>) -> PyResult<Triangl
     TriangleMesh::new(positions, faces).map_err(failure)
 }
 
+/// The share of the range of a scalar that its values may be off in single precision.
+const MAX_ROUNDING: f64 = 1e-3;
+
+/// The values of a scalar in single precision, unless that changes them too much.
+fn in_single_precision(name: &str, row: &[f64]) -> PyResult<Vec<f32>> {
+    let single: Vec<f32> = row.iter().map(|&x| x as f32).collect();
+    let finite = || row.iter().zip(&single).filter(|(x, _)| x.is_finite());
+    let (low, high) =
+        finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (&x, _)| (a.min(x), b.max(x)));
+    // Of a constant, its size.
+    let range = if low < high { high - low } else { low.abs() };
+    let far = finite().find(|&(x, &y)| (x - f64::from(y)).abs() > MAX_ROUNDING * range);
+    match far {
+        None => Ok(single),
+        Some((x, y)) => Err(failure(format!(
+            "scalar {name} is stored in single precision, in which {x:e} is {y:e}; scale its values, or subtract their mean"
+        ))),
+    }
+}
+
 /// Values at so many vertices, one row a scalar.
 pub(crate) fn scalars(
     names: Vec<String>,
@@ -55,11 +75,11 @@ pub(crate) fn scalars(
     vertices: usize,
 ) -> PyResult<Vec<VertexScalars>> {
     let rows = values.as_slice().map_err(failure)?.chunks(vertices.max(1));
-    let scalar = |(name, row): (String, &[f64])| VertexScalars {
-        name,
-        values: row.iter().map(|&x| x as f32).collect(),
+    let scalar = |(name, row): (String, &[f64])| {
+        let values = in_single_precision(&name, row)?;
+        Ok(VertexScalars { name, values })
     };
-    Ok(names.into_iter().zip(rows).map(scalar).collect())
+    names.into_iter().zip(rows).map(scalar).collect()
 }
 
 /// Points of faces, of as many faces as there are.

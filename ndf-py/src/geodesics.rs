@@ -61,6 +61,11 @@ impl GeodesicSolver {
         })?
     }
 
+    /// What was repaired, in sentences.
+    fn notes(&self) -> Vec<String> {
+        self.0.surface().notes.iter().map(ToString::to_string).collect()
+    }
+
     fn distance<'py>(
         &self,
         py: Python<'py>,
@@ -70,8 +75,14 @@ impl GeodesicSolver {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let sources = self.places(sources)?;
         let work = |progress: &dyn Progress| self.0.distances(&sources, &options(heat, time_step), progress);
-        let found = run(py, None, None, &Raised::default(), work)?.map_err(failure)?;
-        Ok(PyArray1::from_vec(py, found.values))
+        let mut values = run(py, None, None, &Raised::default(), work)?.map_err(failure)?.values;
+        // Nowhere is no distance away.
+        for (value, position) in values.iter_mut().zip(self.0.surface().mesh().positions()) {
+            if !position.is_finite() {
+                *value = f64::NAN;
+            }
+        }
+        Ok(PyArray1::from_vec(py, values))
     }
 
     fn distance_at<'py>(

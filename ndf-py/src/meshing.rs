@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ndf::{OpenOptions, Parts, Progress, RepairOptions, TriangleMesh};
+use ndf::{ManifoldMesh, OpenOptions, Parts, Progress, RepairOptions, TriangleMesh};
 use ndf_core::Inside;
 use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
 use ndf_mesh::FacePoint;
@@ -22,7 +22,12 @@ fn manifold(mesh: &TriangleMesh) -> Result<Repaired, String> {
     repaired(mesh, &options).map_err(|error| format!("the mesh is {error}"))
 }
 
-/// A mesh with edges of about this length.
+/// What was repaired, in sentences.
+fn sentences(repaired: &Repaired) -> Vec<String> {
+    repaired.notes.iter().map(ToString::to_string).collect()
+}
+
+/// A mesh with edges of about this length, and notes.
 #[pyfunction]
 pub(crate) fn remesh<'py>(
     py: Python<'py>,
@@ -31,47 +36,66 @@ pub(crate) fn remesh<'py>(
     edge_length: f64,
     rounds: u32,
     observer: Option<&Bound<'_, PyAny>>,
-) -> PyResult<PyMesh<'py>> {
+) -> PyResult<(PyMesh<'py>, Vec<String>)> {
     let mesh = mesh(&vertices, &faces)?;
     let options = IsotropicOptions { rounds, ..IsotropicOptions::with_edges_of(edge_length) };
-    let found = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
+    let (found, notes) = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
         let repaired = manifold(&mesh)?;
-        remesh_isotropically(&repaired.mesh, None, &options, progress).map_err(|error| error.to_string())
-    })?;
-    from_mesh(py, found.map_err(failure)?.into_triangle_mesh())
+        let found = remesh_isotropically(&repaired.mesh, None, &options, progress);
+        Ok::<_, String>((found.map_err(|error| error.to_string())?, sentences(&repaired)))
+    })?
+    .map_err(failure)?;
+    Ok((from_mesh(py, found.into_triangle_mesh())?, notes))
 }
 
-/// The intrinsic Delaunay triangulation of a mesh, refined until its edges are no longer than this.
+/// Refuses a length with which refinement would not end before so many insertions, before it begins: triangles with a
+/// circumradius up to that of an equilateral one have its area at most, and on average less than half of it.
+fn check_length(mesh: &ManifoldMesh, edge_length: f64, max_insertions: usize) -> Result<(), String> {
+    let equilateral = 0.25 * 3.0_f64.sqrt();
+    // A vertex has two faces.
+    let vertices = mesh.area() / equilateral / (edge_length * edge_length);
+    if vertices <= max_insertions as f64 {
+        return Ok(());
+    }
+    let shortest = (mesh.area() / equilateral / max_insertions as f64).sqrt();
+    Err(format!(
+        "an edge_length of {edge_length:?} needs more than ten million vertices; choose {shortest:.1e} or more"
+    ))
+}
+
+/// The intrinsic Delaunay triangulation of a mesh, refined until its edges are no longer than this, and notes.
 #[pyfunction]
 pub(crate) fn remesh_intrinsically<'py>(
     py: Python<'py>,
     vertices: Points<'py>,
     faces: Faces<'py>,
     edge_length: f64,
-) -> PyResult<PyMesh<'py>> {
+    observer: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(PyMesh<'py>, Vec<String>)> {
     let mesh = mesh(&vertices, &faces)?;
-    if !(edge_length.is_finite() && edge_length > 0.0) {
-        return Err(failure(format!("the edge length must be a positive number, not {edge_length}")));
-    }
-    let found = run(py, None, None, &Raised::default(), |_| {
-        let input = manifold(&mesh)?.mesh;
-        let mut triangulation = IntrinsicTriangulation::new(&input);
+    let (found, notes) = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
+        let repaired = manifold(&mesh)?;
         // That of an equilateral triangle.
         let max_circumradius = edge_length / 3.0_f64.sqrt();
-        let report = triangulation
-            .refine_delaunay(&RefinementOptions { max_circumradius, ..RefinementOptions::default() });
-        if report.reached_cap {
-            return Err(
-                "this edge length needs more than ten million vertices; choose a longer one".to_owned()
-            );
+        let options = RefinementOptions { max_circumradius, ..RefinementOptions::default() };
+        check_length(&repaired.mesh, edge_length, options.max_insertions)?;
+        let mut triangulation = IntrinsicTriangulation::new(&repaired.mesh);
+        let report = triangulation.refine_delaunay_with(&options, progress);
+        if report.map_err(|error| error.to_string())?.reached_cap {
+            return Err("an edge_length as short as this needs more than ten million vertices; \
+                        choose a longer one"
+                .to_owned());
         }
+        progress.check().map_err(|error| error.to_string())?;
         let embedded = triangulation.embedded();
-        embedded.ok_or_else(|| "edges of this length join vertices twice; choose a shorter one".to_owned())
-    })?;
-    from_mesh(py, found.map_err(failure)?.into_triangle_mesh())
+        let sentence = || "edges of this edge_length join vertices twice; choose a shorter one".to_owned();
+        Ok((embedded.ok_or_else(sentence)?, sentences(&repaired)))
+    })?
+    .map_err(failure)?;
+    Ok((from_mesh(py, found.into_triangle_mesh())?, notes))
 }
 
-/// A mesh of about so many faces, and the faces that its faces have been.
+/// A mesh of about so many faces, the faces that its faces have been, and notes.
 #[pyfunction]
 pub(crate) fn decimate<'py>(
     py: Python<'py>,
@@ -79,16 +103,18 @@ pub(crate) fn decimate<'py>(
     faces: Faces<'py>,
     count: usize,
     observer: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(PyMesh<'py>, Bound<'py, PyArray1<i64>>)> {
+) -> PyResult<(PyMesh<'py>, Bound<'py, PyArray1<i64>>, Vec<String>)> {
     let mesh = mesh(&vertices, &faces)?;
-    let (mesh, births) = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
-        let Repaired { mesh, origins, .. } = manifold(&mesh)?;
+    let (mesh, births, notes) = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
+        let repaired = manifold(&mesh)?;
+        let notes = sentences(&repaired);
+        let Repaired { mesh, origins, .. } = repaired;
         let found = ndf_meshing::decimate(&mesh, &DecimationOptions::to_faces(count), progress);
         let birth = |&face| origins.point(FacePoint::center(face)).face.index() as i64;
-        Ok::<_, String>((found.mesh, found.births.iter().map(birth).collect::<Vec<_>>()))
+        Ok::<_, String>((found.mesh, found.births.iter().map(birth).collect::<Vec<_>>(), notes))
     })?
     .map_err(failure)?;
-    Ok((from_mesh(py, mesh.into_triangle_mesh())?, PyArray1::from_vec(py, births)))
+    Ok((from_mesh(py, mesh.into_triangle_mesh())?, PyArray1::from_vec(py, births), notes))
 }
 
 /// The isosurface of a field.

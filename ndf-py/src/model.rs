@@ -90,8 +90,11 @@ impl Model {
             let found = model.extract_with(length, progress).map_err(|error| error.to_string())?;
             let seconds = started.elapsed().as_secs_f64();
             let figures = reported
-                .then(|| serde_json::to_value(ExtractionFigures::of(&found.mesh, Some(&found.report))));
-            let mut figures = figures.transpose().map_err(|error| error.to_string())?;
+                .then(|| ExtractionFigures::of(&found.mesh, Some(&found.report), progress))
+                .transpose()
+                .map_err(|error| error.to_string())?;
+            let figures = figures.map(serde_json::to_value).transpose();
+            let mut figures = figures.map_err(|error| error.to_string())?;
             if let Some(figures) = &mut figures {
                 figures["seconds"] = seconds.into();
                 figures["target_edge_length"] = length.world(&model).into();

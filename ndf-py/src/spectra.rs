@@ -108,7 +108,12 @@ fn surface(py: Python<'_>, vertices: &Points<'_>, faces: &Faces<'_>) -> PyResult
         .map_err(failure)
 }
 
-/// Eigenvalues, and modes: one row each.
+/// What was repaired, in sentences.
+fn sentences(surface: &Triangulated) -> Vec<String> {
+    surface.notes.iter().map(ToString::to_string).collect()
+}
+
+/// Eigenvalues and modes, one row each, and notes.
 #[pyfunction]
 pub(crate) fn spectrum<'py>(
     py: Python<'py>,
@@ -118,7 +123,7 @@ pub(crate) fn spectrum<'py>(
     mass: &str,
     delaunay: bool,
     observer: Option<&Bound<'_, PyAny>>,
-) -> PyResult<PyModes<'py>> {
+) -> PyResult<(PyModes<'py>, Vec<String>)> {
     let surface = surface(py, &vertices, &faces)?;
     let vertices = surface.mesh().vertex_count();
     if k == 0 || k > vertices {
@@ -128,10 +133,10 @@ pub(crate) fn spectrum<'py>(
     let options = ModeOptions { count: k, operator, ..ModeOptions::default() };
     let found = modes(py, &surface, &options, observer)?;
     let rows = functions(py, &surface, &found.functions)?;
-    Ok((PyArray1::from_vec(py, found.eigenvalues), rows))
+    Ok(((PyArray1::from_vec(py, found.eigenvalues), rows), sentences(&surface)))
 }
 
-/// Signatures, a row for each time. Without times there are `count` that suit the modes.
+/// Signatures, a row for each time, and notes.
 #[pyfunction]
 pub(crate) fn heat_kernel_signature<'py>(
     py: Python<'py>,
@@ -140,14 +145,14 @@ pub(crate) fn heat_kernel_signature<'py>(
     times: Vec<f64>,
     k: usize,
     observer: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Vec<String>)> {
     let surface = surface(py, &vertices, &faces)?;
     let options = ModeOptions { count: k, ..ModeOptions::default() };
     let found = modes(py, &surface, &options, observer)?;
-    functions(py, &surface, &found.heat_kernel_signatures(&times))
+    Ok((functions(py, &surface, &found.heat_kernel_signatures(&times))?, sentences(&surface)))
 }
 
-/// Signatures, a row for each energy.
+/// Signatures, a row for each energy, and notes.
 #[pyfunction]
 pub(crate) fn wave_kernel_signature<'py>(
     py: Python<'py>,
@@ -156,9 +161,9 @@ pub(crate) fn wave_kernel_signature<'py>(
     count: usize,
     k: usize,
     observer: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Vec<String>)> {
     let surface = surface(py, &vertices, &faces)?;
     let options = ModeOptions { count: k, ..ModeOptions::default() };
     let found = modes(py, &surface, &options, observer)?;
-    functions(py, &surface, &found.wave_kernel_signatures(count))
+    Ok((functions(py, &surface, &found.wave_kernel_signatures(count))?, sentences(&surface)))
 }

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use ndf::{DVec3, Surface};
 use ndf_core::{Answer, BoundingBox, Foot, Hint, ImplicitField, Inside, Miss, Query};
 use numpy::PyReadonlyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::arrays::{Points, from_points, points};
 use crate::errors::failure;
 use crate::progress::Raised;
 
-/// The points of a batch, at most; larger ones come in pieces, so that other threads have their turn.
+/// The points of a batch, as many as there are at once; more come in pieces, so that other threads have their turn.
 const BATCH: usize = 16_384;
 
 /// A scalar field: a callable from `(k, 3)` to `(k,)`.
@@ -39,6 +41,10 @@ impl ImplicitField for PyField {
         }
     }
 
+    fn batch(&self) -> usize {
+        BATCH
+    }
+
     fn bounds(&self) -> BoundingBox {
         self.bounds
     }
@@ -63,11 +69,21 @@ fn called(py: Python<'_>, call: &Py<PyAny>, points: &[DVec3]) -> PyResult<Vec<f6
 
 /// What Python code returned, as a contiguous array of float64 of this shape.
 fn as_array<'py>(value: &Bound<'py, PyAny>, shape: &[usize], otherwise: &str) -> PyResult<Bound<'py, PyAny>> {
-    let numpy = value.py().import("numpy")?;
-    let array = numpy.call_method1("require", (value, "float64", "CA"))?;
-    let found: Vec<usize> = array.getattr("shape")?.extract()?;
-    if found != shape {
-        return Err(failure(format!("{otherwise}: an array of shape {shape:?} was expected, not {found:?}")));
+    let py = value.py();
+    let numpy = py.import("numpy")?;
+    let no_numbers = |error: PyErr| {
+        let is_of_numpy = error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py);
+        if is_of_numpy { failure(format!("{otherwise}: {}", error.value(py))) } else { error }
+    };
+    let given = numpy.call_method1("asarray", (value,)).map_err(no_numbers)?;
+    if given.getattr("dtype")?.getattr("kind")?.extract::<&str>()? == "c" {
+        return Err(failure(format!("{otherwise}: real numbers were expected, not complex ones")));
+    }
+    let array = numpy.call_method1("require", (given, "float64", "CA")).map_err(no_numbers)?;
+    let found = array.getattr("shape")?;
+    let shape = PyTuple::new(py, shape)?;
+    if !found.eq(&shape)? {
+        return Err(failure(format!("{otherwise}: an array of shape {shape} was expected, not {found}")));
     }
     Ok(array)
 }
@@ -100,8 +116,10 @@ impl PySurface {
         let at = from_points(py, queries.iter().map(|query| query.point).collect())?;
         let normals = queries.iter().map(|query| query.normal.unwrap_or(DVec3::ZERO)).collect();
         let answer = self.object.bind(py).call_method1("project", (at, from_points(py, normals)?))?;
-        let (feet, normals, ok): (Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>) = answer.extract()?;
         let rule = "project must return feet and normals, (k, 3), and ok, (k,)";
+        let three = answer.extract();
+        let (feet, normals, ok): (Bound<'_, PyAny>, Bound<'_, PyAny>, Bound<'_, PyAny>) =
+            three.map_err(|_: PyErr| failure(rule))?;
         let rows = |value| -> PyResult<Vec<DVec3>> {
             let array = as_array(value, &[count, 3], rule)?;
             points(&array.extract::<Points<'_>>()?)
@@ -120,6 +138,10 @@ impl PySurface {
 impl Surface for PySurface {
     fn bounds(&self) -> BoundingBox {
         self.bounds
+    }
+
+    fn batch(&self) -> usize {
+        BATCH
     }
 
     fn project(&self, queries: &[Query], feet: &mut [Answer]) {

@@ -2,7 +2,7 @@
 
 use ndf::ModelExt;
 use ndf_cli::render::{Up, upright};
-use ndf_mesh::io::{Positions, to_ply};
+use ndf_mesh::io::{Positions, property_names, to_ply};
 use ndf_viewer::Input;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -44,7 +44,11 @@ pub(crate) fn mesh_page(
     source: Option<[f64; 3]>,
 ) -> PyResult<String> {
     let mesh = mesh(&vertices, &faces)?;
-    let scalars = scalars(names, &values, mesh.vertex_count())?;
+    let in_page = property_names(&names.iter().map(String::as_str).collect::<Vec<_>>());
+    let number = scalar.and_then(|scalar| names.iter().position(|name| name == scalar));
+    let scalar = number.map(|number| in_page[number].as_str());
+    let mut scalars = scalars(names, &values, mesh.vertex_count())?;
+    scalars.iter_mut().zip(&in_page).for_each(|(scalar, name)| scalar.name.clone_from(name));
     let page = run(py, None, None, &Raised::default(), |_| {
         let bytes = to_ply(&mesh, &scalars, Positions::Exact)?;
         let up = upright(&mesh, Up::Y).name();

@@ -288,8 +288,6 @@ def test_pages(model: ndf.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert (tmp_path / "a.html").read_text(encoding="utf-8") == page.html
     assert "srcdoc" in model._repr_html_() and len(page.html) < 1_000_000
     mesh = ndf.show(V, F, scalars={"height": V[:, 2], "depth": V[:, 0]}, source=[1, 0, 0])
-    with pytest.raises(ndf.NdfError, match='"x"'):
-        ndf.show(V, F, scalars={"x": V[:, 0]})
     assert len(opened) == 2 and "srcdoc" in mesh._repr_html_()
     with pytest.raises(ndf.NdfError, match="height"):
         ndf.show(V, F, scalars={"height": V[:, 2]}, scalar="depth")

@@ -128,3 +128,25 @@ def test_values_of_other_types_are_taken() -> None:
         return (np.linalg.norm(points, axis=1) - 0.5).astype(np.float32).tolist()
 
     assert len(ndf.marching_cubes(field, ([-1] * 3, [1] * 3), grid=12)[1]) > 100
+
+
+def test_callbacks_get_large_batches() -> None:
+    sizes: dict[str, list[int]] = {"project": [], "field": [], "cubes": []}
+
+    class Counting(Ball):
+        def project(self, points: Floats, normals: Floats) -> tuple[Floats, Floats, Any]:
+            sizes["project"].append(len(points))
+            return super().project(points, normals)
+
+        def field(self, points: Floats) -> Any:
+            sizes["field"].append(len(points))
+            return super().field(points)
+
+    def field(points: Floats) -> Any:
+        sizes["cubes"].append(len(points))
+        return np.linalg.norm(points, axis=1) - 0.7
+
+    ndf.fit_surface(Counting(), base_faces=1000)
+    ndf.marching_cubes(field, ([-1] * 3, [1] * 3), grid=64)
+    for name, found in sizes.items():
+        assert np.mean(found) > 2000 and max(found) <= 16_384, (name, np.mean(found), max(found))

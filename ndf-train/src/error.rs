@@ -28,7 +28,9 @@ pub enum TrainError {
     #[error("the term {0} is not the one with which the run of the checkpoint was begun")]
     OtherTerm(String),
     /// A loss became NaN, infinite or absurd.
-    #[error("training diverged in epoch {epoch}; try a smaller learning rate")]
+    #[error(
+        "training diverged in epoch {epoch}; try a base mesh that is closer to the surface, or a smaller learning rate"
+    )]
     Diverged {
         /// The epoch.
         epoch: usize,

@@ -122,7 +122,8 @@ impl Surface {
         let mesh = self.mesh();
         let mut figures = match triangulated.manifold() {
             Ok(manifold) => {
-                let figures = ExtractionFigures::of(manifold, report.as_ref());
+                let figures = ExtractionFigures::of(manifold, report.as_ref(), &NoProgress);
+                let figures = figures.expect("nothing asks to stop");
                 serde_json::to_value(figures).expect("figures are numbers")
             }
             Err(_) => serde_json::json!({"vertices": mesh.vertex_count(), "faces": mesh.face_count()}),

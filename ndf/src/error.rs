@@ -125,6 +125,7 @@ impl Error {
                 FitError::Band(BandError::Extent) => "too_large",
                 FitError::Band(BandError::Cancelled) | FitError::Cancelled => "cancelled",
                 FitError::Training(error) => training(error),
+                FitError::BaseFar { .. } => "out_of_reach",
                 FitError::NotOfLevels(_) => "invalid_option",
                 FitError::OtherSurface => "mismatch",
                 FitError::Levels(error) => match error {
@@ -159,7 +160,8 @@ impl Error {
                 WriteError::Io { .. } => "io",
                 WriteError::UnknownExtension { .. }
                 | WriteError::NoLines { .. }
-                | WriteError::ScalarName { .. } => "unwritable_name",
+                | WriteError::ScalarName { .. }
+                | WriteError::ScalarTwice { .. } => "unwritable_name",
                 WriteError::ScalarLength { .. } => "mismatch",
                 WriteError::Glb { source, .. } => match source {
                     NotGlb::NotFinite { .. } => "not_finite",

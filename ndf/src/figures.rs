@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use ndf_core::NoProgress;
+use ndf_core::{Cancelled, Progress};
 use ndf_intrinsic::ExtractionReport;
-use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure};
+use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure_with};
 use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
 use ndf_mesh::repair::finite_part;
 use ndf_mesh::{ManifoldMesh, SelfIntersections, TriangleMesh, ValidationReport};
@@ -225,10 +225,19 @@ pub struct ExtractionFigures {
 
 impl ExtractionFigures {
     /// Examines a mesh of a model. Without the report of an extraction its own metric is the intrinsic one. O(n log n).
-    pub fn of(mesh: &ManifoldMesh, extraction: Option<&ExtractionReport>) -> Self {
+    ///
+    /// # Errors
+    /// [`Cancelled`], if the observer asks to stop.
+    pub fn of(
+        mesh: &ManifoldMesh,
+        extraction: Option<&ExtractionReport>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        progress.check()?;
         let report = ValidationReport::of(mesh);
+        progress.check()?;
         let quality = Quality::of(mesh);
-        Self {
+        Ok(Self {
             vertices: report.vertices,
             faces: report.faces,
             components: report.components,
@@ -236,12 +245,12 @@ impl ExtractionFigures {
             boundary_edges: report.boundary_edges,
             manifold: report.is_manifold(),
             oriented: report.inconsistent_edges.count == 0,
-            self_intersections: SelfIntersections::of(mesh, &NoProgress).expect("nothing asks to stop").pairs,
+            self_intersections: SelfIntersections::of(mesh, progress)?.pairs,
             delaunay_intrinsic: extraction.map_or(quality.is_delaunay(), |e| e.delaunay_intrinsic),
             delaunay_embedded_fraction: quality.delaunay_fraction,
             edge_length: quality.edge_length,
             min_angle_deg: quality.min_angle.to_degrees(),
-        }
+        })
     }
 }
 
@@ -284,16 +293,17 @@ impl MeasureFigures {
     /// Measures what is finite of two meshes. O(s log n) for s samples.
     ///
     /// # Errors
-    /// If one has no area, or there are no samples.
+    /// If one has no area, there are no samples, or the observer asks to stop.
     pub fn of(
         reference: &TriangleMesh,
         mesh: &TriangleMesh,
         options: &MeasureOptions,
+        progress: &dyn Progress,
     ) -> Result<Self, MeasureError> {
         let (reference, reference_left_out) = finite_part(reference);
         let (mesh, mesh_left_out) = finite_part(mesh);
         let started = Instant::now();
-        let found = measure(&reference, &mesh, options)?;
+        let found = measure_with(&reference, &mesh, options, progress)?;
         Ok(Self {
             reference_to_mesh: found.reference_to_mesh,
             mesh_to_reference: found.mesh_to_reference,

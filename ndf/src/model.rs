@@ -111,7 +111,8 @@ impl ModelExt for Model {
     ) -> Result<Extracted, ExtractionError> {
         let length = edge_length.relative(self);
         let options = ExtractionOptions { max_faces: MAX_FACES, ..ExtractionOptions::new(length) };
-        let Extraction { mesh, origins, mut report, .. } = extract(&self.field, &options, progress)?;
+        let Extraction { mesh, origins, mut report, .. } =
+            extract(&self.field, &options, progress).map_err(|error| as_given(error, edge_length))?;
         let Spread { min, mean, max } = &mut report.edge_length;
         for length in [min, mean, max, &mut report.target_edge_length, &mut report.mollification.added] {
             *length = self.similarity.length_to_world(*length);
@@ -125,7 +126,8 @@ impl ModelExt for Model {
         progress: &dyn Progress,
     ) -> Result<ManifoldMesh, ExtractionError> {
         let length = edge_length.relative(self);
-        let found = tessellate(&self.field, length, MAX_FACES, progress)?;
+        let found = tessellate(&self.field, length, MAX_FACES, progress)
+            .map_err(|error| as_given(error, edge_length))?;
         Ok(to_world(&found.mesh, &self.similarity))
     }
 
@@ -134,7 +136,32 @@ impl ModelExt for Model {
     }
 }
 
+/// The error with the number that was given, rather than the one in the box.
+fn as_given(error: ExtractionError, given: EdgeLength) -> ExtractionError {
+    let (EdgeLength::World(length) | EdgeLength::Relative(length) | EdgeLength::OfBase(length)) = given;
+    match error {
+        ExtractionError::EdgeLength(_) => ExtractionError::EdgeLength(length),
+        other => other,
+    }
+}
+
 /// A mesh in the box, in the units of the input.
 pub(crate) fn to_world(mesh: &ManifoldMesh, similarity: &Similarity) -> ManifoldMesh {
     mesh.with_positions(mesh.positions().iter().map(|&p| similarity.to_world(p)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_that_are_refused_are_those_that_were_given() {
+        for length in [-2.0, 0.0, f64::NAN] {
+            let given = [EdgeLength::World(length), EdgeLength::Relative(length), EdgeLength::OfBase(length)];
+            for given in given {
+                let error = as_given(ExtractionError::EdgeLength(7.0), given);
+                assert!(matches!(error, ExtractionError::EdgeLength(x) if x.to_bits() == length.to_bits()));
+            }
+        }
+    }
 }

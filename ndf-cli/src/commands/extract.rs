@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     };
     let seconds = started.elapsed().as_secs_f64();
     context.write_mesh(&arguments.output, &mesh, &[])?;
-    let figures = ExtractionFigures::of(&mesh, report.as_ref());
+    let figures = ExtractionFigures::of(&mesh, report.as_ref(), &context.progress())?;
     let mut json = serde_json::to_value(&figures)?;
     json["seconds"] = seconds.into();
     let target = length.world(&model);

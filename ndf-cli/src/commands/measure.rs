@@ -52,14 +52,14 @@ fn warn_of_left_out(path: &Path, left_out: f64, context: &Context) {
 /// # Errors
 /// If one cannot be read, or has no area.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    context.expect(&["extraction"]);
+    context.expect(&["extraction", "measuring"]);
     let reference = mesh_of(&arguments.reference, arguments.edge_length, context)?;
     let mesh = mesh_of(&arguments.mesh, arguments.edge_length, context)?;
     let options = MeasureOptions { samples: arguments.samples as usize, seed: context.seed() };
-    let found = MeasureFigures::of(&reference, &mesh, &options).map_err(|error| {
+    let found = MeasureFigures::of(&reference, &mesh, &options, &context.progress()).map_err(|error| {
         let path = match error {
             MeasureError::Reference => &arguments.reference,
-            MeasureError::Mesh | MeasureError::NoSamples => &arguments.mesh,
+            MeasureError::Mesh | MeasureError::NoSamples | MeasureError::Cancelled(_) => &arguments.mesh,
         };
         Failure::new(format!("cannot measure {}: {error}", path.display()))
             .try_instead("ndf info lists what is wrong with it")

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use clap::Args;
 use ndf::{DVec3, ModelExt, begins_as_model};
-use ndf_mesh::io::{Positions, VertexScalars, atomic_write, format_to_write, to_ply};
+use ndf_mesh::io::{Positions, VertexScalars, atomic_write, format_to_write, property_names, to_ply};
 use ndf_viewer::Input;
 use serde_json::json;
 
@@ -53,6 +53,8 @@ struct Shown {
     /// A model, or a mesh as PLY.
     bytes: Vec<u8>,
     scalars: Vec<String>,
+    /// What the page calls them.
+    in_page: Vec<String>,
     /// Where distances are shown from at the beginning.
     source: Option<DVec3>,
     up: Up,
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     }
     let name = input.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let page = Input {
-        scalar: arguments.scalar.as_deref(),
+        scalar: arguments.scalar.as_ref().and_then(|name| shown.name_in_page(name)),
         source: shown.source.map(|place| place.to_array()),
         edge_length: shown.edge_length,
         up: Some(arguments.up.up.unwrap_or(shown.up).name()),
@@ -115,6 +117,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
 }
 
 impl Shown {
+    /// What the page calls a scalar.
+    fn name_in_page(&self, name: &str) -> Option<&str> {
+        let number = self.scalars.iter().position(|scalar| scalar == name)?;
+        self.in_page.get(number).map(String::as_str)
+    }
+
     fn of_model(arguments: &Arguments) -> Result<Self, Failure> {
         let path = &arguments.input;
         if arguments.source_vertex.is_some() {
@@ -124,10 +132,12 @@ impl Shown {
         let bytes =
             fs::read(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
         let channels = model.scalars.iter().flat_map(ndf_model::SurfaceScalars::channels);
+        let scalars: Vec<String> = channels.map(|channel| channel.name.clone()).collect();
         Ok(Self {
             what: "model",
             bytes,
-            scalars: channels.map(|channel| channel.name.clone()).collect(),
+            in_page: scalars.clone(),
+            scalars,
             source: arguments.source,
             up: upright(&model.base_in_world(), Up::Y),
             edge_length: arguments.edge_length.get().map(|length| length.world(&model)),
@@ -136,8 +146,13 @@ impl Shown {
 
     /// What is drawn of anything else, with every vertex where it is.
     fn of_drawn(arguments: &Arguments, context: &Context) -> Result<Self, Failure> {
-        let drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
-        let names = drawn.scalars.iter().map(|VertexScalars { name, .. }| name.clone()).collect();
+        let mut drawn = read_drawn(&arguments.input, &arguments.reading, arguments.edge_length, context)?;
+        let names: Vec<String> =
+            drawn.scalars.iter().map(|VertexScalars { name, .. }| name.clone()).collect();
+        let in_page = property_names(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        for (scalar, name) in drawn.scalars.iter_mut().zip(&in_page) {
+            scalar.name.clone_from(name);
+        }
         let name = arguments.input.display();
         let source = match arguments.source_vertex {
             None => arguments.source,
@@ -158,6 +173,7 @@ impl Shown {
             what: drawn.what,
             bytes: to_ply(&drawn.mesh, &drawn.scalars, Positions::Exact)?,
             scalars: names,
+            in_page,
             source,
             up: upright(&drawn.mesh, drawn.usual_up),
             edge_length: None,

@@ -1,6 +1,6 @@
 //! Flips towards Delaunay in the metric of chords.
 
-use ndf_core::DVec3;
+use ndf_core::{Cancelled, DVec3, Progress, Sparingly};
 use rayon::prelude::*;
 
 use super::{ChordMesh, Work};
@@ -20,6 +20,9 @@ fn cotangent(apex: DVec3, a: DVec3, b: DVec3) -> f64 {
     if sine == 0.0 { f64::INFINITY.copysign(u.dot(v)) } else { u.dot(v) / sine }
 }
 
+/// Edges looked at between two questions whether to stop.
+const ASKED: u32 = 4096;
+
 /// Flips queued edges and those around them while that brings them closer to Delaunay as embedded and leaves the
 /// complex simplicial. No flip makes an edge longer where the result is longer than `limit`. Returns the number of
 /// flips.
@@ -28,10 +31,13 @@ pub(super) fn flip_towards_delaunay<T: Flip>(
     points: &[DVec3],
     limit: f64,
     queue: &mut EdgeQueue,
-) -> usize {
+    progress: &dyn Progress,
+) -> Result<usize, Cancelled> {
+    let mut asked = Sparingly::new(progress, ASKED);
     let most = MOST_FLIPS_PER_EDGE * triangulation.mesh().edge_count();
     let mut flips = 0;
     while let Some(edge) = queue.pop() {
+        asked.check()?;
         if flips == most {
             break;
         }
@@ -45,7 +51,7 @@ pub(super) fn flip_towards_delaunay<T: Flip>(
             quad_edges(triangulation.mesh(), edge).into_iter().for_each(|e| queue.push(e));
         }
     }
-    flips
+    Ok(flips)
 }
 
 /// The length of the other diagonal, if it is better than the edge.
@@ -68,7 +74,11 @@ fn improved_by_flip(mesh: &IntrinsicMesh, points: &[DVec3], limit: f64, edge: Ed
 }
 
 /// [Flips](flip_towards_delaunay) all edges of a surface whose points have moved.
-pub(super) fn flip_all(surface: &mut ChordMesh, work: &mut Work) {
+pub(super) fn flip_all(
+    surface: &mut ChordMesh,
+    work: &mut Work,
+    progress: &dyn Progress,
+) -> Result<(), Cancelled> {
     surface.measure();
     let ChordMesh { mesh, points, .. } = surface;
     // Most edges are left alone: those that are not are found over all threads.
@@ -80,5 +90,6 @@ pub(super) fn flip_all(surface: &mut ChordMesh, work: &mut Work) {
         })
         .collect();
     let mut queue = EdgeQueue::of(&improvable);
-    work.chord_flips += flip_towards_delaunay(mesh, points, f64::INFINITY, &mut queue);
+    work.chord_flips += flip_towards_delaunay(mesh, points, f64::INFINITY, &mut queue, progress)?;
+    Ok(())
 }

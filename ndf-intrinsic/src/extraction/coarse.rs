@@ -1,5 +1,6 @@
 //! Rounds of splits over the base mesh, in integer coordinates.
 
+use ndf_core::{Progress, Sparingly};
 use ndf_mesh::{Edge, FacePoint};
 use ndf_model::DisplacementField;
 
@@ -47,6 +48,7 @@ pub(super) fn refine<'f>(
     limit: f64,
     options: &ExtractionOptions,
     work: &mut Work,
+    progress: &dyn Progress,
 ) -> Result<Coarse<'f>, ExtractionError> {
     let base = field.base();
     let mut triangulation = OverBase(IntrinsicTriangulation::new(base));
@@ -55,7 +57,7 @@ pub(super) fn refine<'f>(
         .vertices()
         .map(|v| FacePoint::at_corner(base.topology().vertex_halfedge(v)))
         .collect();
-    let mut points = map(field, &origins)?;
+    let mut points = map(field, &origins, progress)?;
     let chord = |mesh: &IntrinsicMesh, points: &[ndf_core::DVec3], e: Edge| {
         let [a, b] = mesh.edge_vertices(e);
         points[a.index()].distance(points[b.index()])
@@ -69,7 +71,7 @@ pub(super) fn refine<'f>(
     loop {
         let mut queue = EdgeQueue::default();
         changed.iter().rev().for_each(|&e| queue.push(e));
-        work.chord_flips += flip_towards_delaunay(&mut triangulation, &points, limit, &mut queue);
+        work.chord_flips += flip_towards_delaunay(&mut triangulation, &points, limit, &mut queue, progress)?;
 
         let mesh = triangulation.mesh();
         let mut long: Vec<(f64, Edge)> = mesh
@@ -91,14 +93,16 @@ pub(super) fn refine<'f>(
         let octave = |length: f64| (length / limit).log2() as i32;
         long.sort_by_key(|&(length, _)| std::cmp::Reverse(octave(length)));
         changed.clear();
+        let mut asked = Sparingly::new(progress, 1024);
         for &(_, e) in &long {
+            asked.check()?;
             let before = triangulation.mesh().edge_count();
             triangulation.0.split_edge(e, 0.5).expect("the middle is inside");
             changed.push(e);
             changed.extend(triangulation.mesh().edges().skip(before));
         }
         let new = &triangulation.0.coordinates.places[origins.len() - base.vertex_count()..];
-        points.extend(map(field, new)?);
+        points.extend(map(field, new, progress)?);
         origins.extend_from_slice(new);
         // The sides around the new edges may face other corners now.
         let mesh = triangulation.mesh();

@@ -1,6 +1,6 @@
 //! Collapses of short edges, under the link condition.
 
-use ndf_core::DVec3;
+use ndf_core::{Cancelled, DVec3, Progress, Sparingly};
 use rayon::prelude::*;
 
 use super::chords::flip_towards_delaunay;
@@ -20,11 +20,17 @@ const FEW: usize = 500;
 const MOST_PASSES: usize = 40;
 
 /// Collapses edges shorter than 0.55 h where topology and geometry allow, pass by pass.
-pub(super) fn collapse_short(surface: &mut ChordMesh, h: f64, work: &mut Work) {
+pub(super) fn collapse_short(
+    surface: &mut ChordMesh,
+    h: f64,
+    work: &mut Work,
+    progress: &dyn Progress,
+) -> Result<(), Cancelled> {
     let mut active = vec![true; surface.points.len()];
     let before = work.collapses;
     for _ in 0..MOST_PASSES {
-        let collapses = pass(surface, h, &mut active, work);
+        progress.check()?;
+        let collapses = pass(surface, h, &mut active, work, progress)?;
         work.collapses += collapses;
         if collapses * FEW <= surface.points.len() {
             break;
@@ -33,11 +39,18 @@ pub(super) fn collapse_short(surface: &mut ChordMesh, h: f64, work: &mut Work) {
     if work.collapses > before {
         close_holes(surface);
     }
+    Ok(())
 }
 
 /// One pass over the short edges that have an end near where the last one changed something: others would be
 /// refused again. `active` says which vertices are, before and after.
-fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work) -> usize {
+fn pass(
+    surface: &mut ChordMesh,
+    h: f64,
+    active: &mut Vec<bool>,
+    work: &mut Work,
+    progress: &dyn Progress,
+) -> Result<usize, Cancelled> {
     // A vertex takes part once a pass, so that collapses do not pile up in one place.
     let mut touched = vec![false; surface.points.len()];
     let mut kept_vertices = Vec::new();
@@ -51,7 +64,9 @@ fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work
             mesh.length(e) < SHORT * h && is_active() && collapsible(surface, e, h).is_some()
         })
         .collect();
+    let mut asked = Sparingly::new(progress, 1024);
     for edge in short {
+        asked.check()?;
         if surface.mesh.length(edge) == f64::INFINITY
             || surface.mesh.edge_vertices(edge).into_iter().any(|v| touched[v.index()])
         {
@@ -78,9 +93,10 @@ fn pass(surface: &mut ChordMesh, h: f64, active: &mut Vec<bool>, work: &mut Work
         queue.push(mesh.halfedge_edge(h));
         queue.push(mesh.halfedge_edge(h.next()));
     }
-    work.chord_flips += flip_towards_delaunay(&mut surface.mesh, &surface.points, f64::INFINITY, &mut queue);
+    let ChordMesh { mesh, points, .. } = surface;
+    work.chord_flips += flip_towards_delaunay(mesh, points, f64::INFINITY, &mut queue, progress)?;
     *active = touched;
-    kept_vertices.len()
+    Ok(kept_vertices.len())
 }
 
 fn close_holes(surface: &mut ChordMesh) {

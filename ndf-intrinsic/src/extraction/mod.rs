@@ -125,7 +125,7 @@ pub(crate) struct Work {
 ///
 /// # Errors
 /// If the edge length is not positive, the field is not finite, more faces than allowed are needed, or the work is
-/// cancelled, which it can be between steps.
+/// cancelled.
 pub fn extract(
     field: &DisplacementField,
     options: &ExtractionOptions,
@@ -144,39 +144,48 @@ pub fn extract(
         progress.check()
     };
     begin(0)?;
-    let coarse = coarse::refine(field, limit, options, &mut work)?;
+    let coarse = coarse::refine(field, limit, options, &mut work, progress)?;
     begin(1)?;
-    let mut surface = subdivide::subdivide(field, coarse, limit, options, &mut work)?;
+    let mut surface = subdivide::subdivide(field, coarse, limit, options, &mut work, progress)?;
     begin(2)?;
-    chords::flip_all(&mut surface, &mut work);
+    chords::flip_all(&mut surface, &mut work, progress)?;
     if options.collapse {
-        coarsen::collapse_short(&mut surface, h, &mut work);
+        coarsen::collapse_short(&mut surface, h, &mut work, progress)?;
     }
     for round in 0..options.relaxations {
         begin(3 + round)?;
-        relax::relax(&mut surface, field, h, &mut work)?;
-        chords::flip_all(&mut surface, &mut work);
+        relax::relax(&mut surface, field, h, &mut work, progress)?;
+        chords::flip_all(&mut surface, &mut work, progress)?;
     }
     progress.report("extraction", 1.0);
-    Ok(finish(field, h, surface, work))
+    Ok(finish(field, h, surface, work, progress)?)
 }
 
 /// Step 6, and the report.
-fn finish(field: &DisplacementField, h: f64, surface: ChordMesh, mut work: Work) -> Extraction {
+fn finish(
+    field: &DisplacementField,
+    h: f64,
+    surface: ChordMesh,
+    mut work: Work,
+    progress: &dyn Progress,
+) -> Result<Extraction, Cancelled> {
+    progress.check()?;
     let ChordMesh { mesh: chords, origins, points } = surface;
     let mut intrinsic = chords;
     let mollification: Mollification = intrinsic.mollify(MOLLIFICATION);
     let mut queue = violating(&intrinsic);
     let before = (!queue.is_empty()).then(|| intrinsic.topology().clone());
     work.intrinsic_flips = flip_to_delaunay(&mut intrinsic, &mut queue, |_, _| {}).flips;
+    progress.check()?;
     let before = before.filter(|_| !intrinsic.is_simplicial());
     let embeds_intrinsic = before.is_none();
     let (mesh, metric) = rayon::join(
         || embedded(before.as_ref().unwrap_or(intrinsic.topology()), points),
         || IntrinsicFigures::of(&intrinsic, mollification),
     );
+    progress.check()?;
     let report = ExtractionReport::of(field, h, &intrinsic, &mesh, embeds_intrinsic, metric, work);
-    Extraction { intrinsic, mesh, origins, report }
+    Ok(Extraction { intrinsic, mesh, origins, report })
 }
 
 /// The mesh of a simplicial complex and its vertices.
@@ -187,9 +196,20 @@ fn embedded(topology: &Topology<u32>, points: Vec<DVec3>) -> ManifoldMesh {
     ManifoldMesh::with_twins(mesh, &twins).expect("an oriented simplicial surface is a manifold mesh")
 }
 
+/// Places mapped between two questions whether to stop.
+const ASKED: usize = 1 << 16;
+
 /// g at every place.
-fn map(field: &DisplacementField, places: &[FacePoint]) -> Result<Vec<DVec3>, ExtractionError> {
-    let points = field.map(places);
+fn map(
+    field: &DisplacementField,
+    places: &[FacePoint],
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, ExtractionError> {
+    let mut points = Vec::with_capacity(places.len());
+    for places in places.chunks(ASKED) {
+        progress.check()?;
+        points.extend(field.map(places));
+    }
     match points.par_iter().position_first(|p| !p.is_finite()) {
         Some(i) => Err(ExtractionError::NotFinite(places[i].face)),
         None => Ok(points),

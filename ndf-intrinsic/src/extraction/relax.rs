@@ -1,6 +1,6 @@
 //! Tangential relaxation: vertices slide over the base mesh towards the centres of their stars.
 
-use ndf_core::DVec3;
+use ndf_core::{DVec3, Progress};
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::{FacePoint, Vertex};
 use ndf_model::DisplacementField;
@@ -28,6 +28,7 @@ pub(super) fn relax(
     field: &DisplacementField,
     h: f64,
     work: &mut Work,
+    progress: &dyn Progress,
 ) -> Result<(), ExtractionError> {
     let ChordMesh { mesh, origins, points } = surface;
     let mut moved = points.clone();
@@ -36,6 +37,7 @@ pub(super) fn relax(
         .zip(origins.par_chunks_mut(CHUNK))
         .enumerate()
         .map(|(chunk, (moved, origins))| {
+            progress.check()?;
             let first = chunk * CHUNK;
             let moves: Vec<(usize, FacePoint, DVec3)> = (0..moved.len())
                 .filter_map(|k| {
@@ -45,7 +47,7 @@ pub(super) fn relax(
                 })
                 .collect();
             let places: Vec<FacePoint> = moves.iter().map(|&(_, place, _)| place).collect();
-            for ((k, place, target), point) in moves.into_iter().zip(map(field, &places)?) {
+            for ((k, place, target), point) in moves.into_iter().zip(map(field, &places, progress)?) {
                 // Where g is far from the identity the walk may go wrong: then the vertex stays.
                 if point.distance(target) < ASTRAY * points[first + k].distance(target) {
                     (moved[k], origins[k]) = (point, place);

@@ -4,7 +4,7 @@
 //! followed over Ω′, since the middle of two points of a coarse face lies in that face. All that a thread needs
 //! to know of other faces is whether they halve a side as well, and that is a matter of the side alone.
 
-use ndf_core::DVec3;
+use ndf_core::{DVec3, Progress};
 use ndf_mesh::halfedge::numbers;
 use ndf_mesh::{Face, FacePoint, Halfedge, NO_HALFEDGE, Topology, Vertex};
 use ndf_model::DisplacementField;
@@ -84,6 +84,7 @@ pub(super) fn subdivide(
     limit: f64,
     options: &ExtractionOptions,
     work: &mut Work,
+    progress: &dyn Progress,
 ) -> Result<ChordMesh, ExtractionError> {
     let Coarse { triangulation, mut origins, mut points } = coarse;
     let order = curve_order(triangulation.mesh(), &points);
@@ -91,6 +92,7 @@ pub(super) fn subdivide(
     let mut layouts = Vec::new();
     let needed = (forest.longest(&points) / limit).log2().ceil().max(0.0) as usize;
     for _ in 0..needed.saturating_add(EXTRA_ROUNDS).min(MOST_ROUNDS) {
+        progress.check()?;
         let Some(growth) = forest.plan(&points, limit) else { break };
         let is_many = growth.leaves > FORETOLD;
         if growth.leaves > options.max_faces
@@ -106,14 +108,16 @@ pub(super) fn subdivide(
             };
             layouts = forest.last().0.par_iter().zip(&order).map(layout).collect();
         }
+        progress.check()?;
         let new = forest.places(&layouts);
-        points.extend(map(field, &new)?);
+        points.extend(map(field, &new, progress)?);
         work.evaluations += new.len();
         origins.extend(new);
         forest.cut();
         work.splits += growth.vertices;
         work.rounds += 1;
     }
+    progress.check()?;
     Ok(forest.assemble(&origins, &points))
 }
 

@@ -143,14 +143,24 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     // As other files are made: what the mask of the process leaves of it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    check_exists(folder(path))?;
     builder.tempfile_in(folder(path)).map_err(of_system)
 }
 
-/// The error of the system alone: the name of a temporary file would only puzzle.
+/// Refuses a folder that is not there by its name.
+fn check_exists(folder: &Path) -> io::Result<()> {
+    match fs::metadata(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            Err(io::Error::new(error.kind(), format!("there is no folder {}", folder.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What the system says alone: the name of a temporary file would only puzzle.
 fn of_system(error: io::Error) -> io::Error {
-    let cause = error.get_ref().and_then(|error| error.source()).and_then(|e| e.downcast_ref::<io::Error>());
-    match cause.and_then(io::Error::raw_os_error) {
-        Some(code) => io::Error::from_raw_os_error(code),
+    match error.to_string().split_once(" at path \"") {
+        Some((sentence, _)) => io::Error::new(error.kind(), sentence.to_owned()),
         None => error,
     }
 }
@@ -167,6 +177,7 @@ pub fn check_folder(path: impl AsRef<Path>) -> io::Result<()> {
     {
         return Err(error);
     }
+    check_exists(folder(&path))?;
     tempfile::tempfile_in(folder(&path)).map(drop).map_err(of_system)
 }
 
@@ -195,6 +206,23 @@ mod tests {
         fs::remove_dir_all(folder).unwrap();
         atomic_write("/dev/null", |out| out.write_all(b"nothing")).unwrap();
         assert!(!Path::new("/dev/null").metadata().unwrap().is_file());
+    }
+
+    /// Neither a folder that is not there nor one that takes no files is told by the name of a temporary file.
+    #[test]
+    fn errors_name_what_the_user_knows() {
+        let folder = std::env::temp_dir().join(format!("ndf-atomic-errors-{}", std::process::id()));
+        let missing = folder.join("none").join("a.ply");
+        for error in [atomic_write(&missing, |_| Ok(())).unwrap_err(), check_folder(&missing).unwrap_err()] {
+            assert_eq!(error.kind(), io::ErrorKind::NotFound);
+            let sentence = format!("there is no folder {}", folder.join("none").display());
+            assert_eq!(error.to_string(), sentence);
+        }
+        // Not even root may make files here.
+        if Path::new("/proc/self").is_dir() {
+            let error = atomic_write("/proc/self/a.ply", |_| Ok(())).unwrap_err().to_string();
+            assert!(!error.contains("tmp") && !error.contains("path"), "{error}");
+        }
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub use rounding::Rounding;
 pub use signature::Signature;
 pub use text::beginning_to_sniff;
 pub use write::{
-    Positions, WriteError, format_to_write, is_property_name, to_ply, write_mesh, write_mesh_with,
+    Positions, WriteError, format_to_write, is_property_name, property_names, to_ply, write_mesh,
+    write_mesh_with,
 };
 
 /// The mesh file formats known here.

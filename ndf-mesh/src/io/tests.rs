@@ -133,6 +133,8 @@ fn what_cannot_be_written_leaves_nothing() {
         write_mesh(folder.join("a.ply"), &mesh, &scalar("a b", 12)),
         Err(WriteError::ScalarName { .. })
     ));
+    let twice = [scalar("a", 12), scalar("a", 12)].concat();
+    assert!(matches!(write_mesh(folder.join("a.ply"), &mesh, &twice), Err(WriteError::ScalarTwice { .. })));
     assert!(matches!(write_mesh(folder.join("none/a.ply"), &mesh, &[]), Err(WriteError::Io { .. })));
     let failed = atomic_write(folder.join("b"), |out| {
         out.write_all(b"half")?;
@@ -583,4 +585,18 @@ fn rows_of_ply_end_with_their_lines() {
     // Rows over several lines, and rows as announced, are none of these.
     let spread = read("a", format!("{header}0 0\n0 1 0 0 1 1 0 0 1 0 3 0\n1 2 9 3 0 2 3 9\n").as_bytes());
     assert_eq!((spread.mesh.face_count(), spread.notes.len()), (2, 0));
+}
+
+#[test]
+fn any_names_become_different_ones_of_ply() {
+    let names = ["heat", "heat flow", "heat_flow", "Höhe", "", "x", "x_", "heat\n"];
+    let found = property_names(&names);
+    let expected = ["heat", "heat_flow", "heat_flow_2", "H_he", "_", "x_", "x__2", "heat_"];
+    assert_eq!(found, expected);
+    let mesh = shapes::icosphere(0);
+    let scalars: Vec<VertexScalars> = found
+        .into_iter()
+        .map(|name| VertexScalars { name, values: vec![0.0; mesh.vertex_count()] })
+        .collect();
+    assert!(to_ply(&mesh, &scalars, Positions::Exact).is_ok());
 }

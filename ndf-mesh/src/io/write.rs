@@ -1,5 +1,6 @@
 //! Meshes to files.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::gltf::{self, GlbOptions, NotGlb};
@@ -45,6 +46,12 @@ pub enum WriteError {
         /// The name.
         name: String,
     },
+    /// Two scalars of one name.
+    #[error("two scalars have the name {name}; give each a name of its own")]
+    ScalarTwice {
+        /// The name.
+        name: String,
+    },
     /// A mesh that binary glTF cannot hold.
     #[error("cannot write {}: {source}", path.display())]
     Glb {
@@ -70,6 +77,23 @@ pub fn format_to_write(path: &Path) -> Result<MeshFormat, WriteError> {
 pub fn is_property_name(name: &str) -> bool {
     let is_word = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic());
     is_word && !["x", "y", "z"].contains(&name)
+}
+
+/// Names that scalars can have in one PLY file, as like `names` as may be: what is not printable ASCII becomes an underscore,
+/// and a name that is taken gets a number. For files that nobody reads under these names, such as those in pages.
+pub fn property_names(names: &[&str]) -> Vec<String> {
+    let mut taken: HashSet<String> = HashSet::new();
+    let word = |name: &str| -> String {
+        let word: String = name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).collect();
+        if is_property_name(&word) { word } else { format!("{word}_") }
+    };
+    let free = |name: &&str| {
+        let word = word(name);
+        let numbered = (2..).map(|k| format!("{word}_{k}"));
+        let free = std::iter::once(word.clone()).chain(numbered).find(|name| taken.insert(name.clone()));
+        free.expect("numbers do not end")
+    };
+    names.iter().map(free).collect()
 }
 
 /// How positions are stored in formats that leave the choice.
@@ -163,9 +187,13 @@ pub fn to_ply(
     Ok(bytes)
 }
 
-/// Whether scalars belong to a mesh, and a file can name them.
+/// Whether scalars belong to a mesh, and a file can name them and tell them apart.
 fn check_scalars(mesh: &TriangleMesh, scalars: &[VertexScalars]) -> Result<(), WriteError> {
+    let mut names = HashSet::new();
     for VertexScalars { name, values } in scalars {
+        if !names.insert(name) {
+            return Err(WriteError::ScalarTwice { name: name.clone() });
+        }
         if values.len() != mesh.vertex_count() {
             let (values, vertices) = (values.len(), mesh.vertex_count());
             return Err(WriteError::ScalarLength { name: name.clone(), values, vertices });

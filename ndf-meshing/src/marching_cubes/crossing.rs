@@ -3,7 +3,7 @@
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
-use super::grid::{BATCH, Grid, Oriented};
+use super::grid::{Grid, Oriented};
 use super::slab::Crossing;
 
 /// Vertices keep this distance from the ends of their edge, in edge lengths, so that no face is without area
@@ -78,8 +78,10 @@ pub(crate) fn positions(
     crossings: &[Crossing],
     steps: u32,
 ) -> (Vec<DVec3>, u64) {
-    let batches: Vec<(Vec<DVec3>, u64)> =
-        crossings.par_chunks(BATCH).map(|batch| positions_of_batch(field, grid, batch, steps)).collect();
+    let batches: Vec<(Vec<DVec3>, u64)> = crossings
+        .par_chunks(field.batch())
+        .map(|batch| positions_of_batch(field, grid, batch, steps))
+        .collect();
     let looks = batches.iter().map(|batch| batch.1).sum();
     (batches.into_iter().flat_map(|batch| batch.0).collect(), looks)
 }

@@ -5,9 +5,6 @@ use rayon::prelude::*;
 
 use super::{IsosurfaceError, LARGEST_GRID};
 
-/// Points handed to a field at a time.
-pub(crate) const BATCH: usize = 512;
-
 /// Cubic cells around a box, with a margin of at least one cell on every side.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid {
@@ -76,6 +73,11 @@ impl<'a> Oriented<'a> {
         Self { field, level: field.level(), sign }
     }
 
+    /// How many points a call should have.
+    pub(crate) fn batch(&self) -> usize {
+        self.field.batch().max(1)
+    }
+
     /// Values at some points, on the calling thread.
     pub(crate) fn values(&self, points: &[DVec3], values: &mut [f64]) {
         self.field.values(points, values);
@@ -87,7 +89,7 @@ impl<'a> Oriented<'a> {
     /// Values at many points, in batches over all threads.
     pub(crate) fn values_of(&self, points: &[DVec3]) -> Vec<f64> {
         let mut values = vec![0.0; points.len()];
-        let batches = points.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
+        let batches = points.par_chunks(self.batch()).zip(values.par_chunks_mut(self.batch()));
         batches.for_each(|(p, v)| self.values(p, v));
         values
     }

@@ -63,7 +63,7 @@ pub enum IsosurfaceError {
     #[error("the grid must have 1 to {LARGEST_GRID} cells along its longest side, not {0}")]
     GridSize(u32),
     /// The box cannot be sampled.
-    #[error("the bounds of the field are empty or not finite: {0:?}")]
+    #[error("the bounds of the field are empty or not finite: {} to {}", .0.min, .0.max)]
     Bounds(BoundingBox),
     /// The field has only one side at the corners of the grid.
     #[error(

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::active::{BLOCK, SLAB};
 use super::cases::CaseTable;
 use super::cell::EDGE_CORNERS;
-use super::grid::{BATCH, Grid, Oriented};
+use super::grid::{Grid, Oriented};
 
 /// No vertex yet.
 const NONE: u32 = u32::MAX;
@@ -96,7 +96,7 @@ impl Slab {
         let (width, rows) = (self.grid.cells[0] + 1, self.grid.cells[1] + 1);
         let corner = |i: u32| [i % width, i / width % rows, self.low + i / width / rows];
         let sampled: Vec<Vec<f64>> = indices
-            .par_chunks(BATCH)
+            .par_chunks(field.batch())
             .map(|batch| {
                 let points: Vec<DVec3> = batch.iter().map(|&i| self.grid.corner(corner(i))).collect();
                 let mut values = vec![0.0; points.len()];

@@ -199,7 +199,8 @@ fn errors_say_what_is_wrong() {
     assert_eq!(run(&far, 0), IsosurfaceError::GridSize(0));
     assert!(run(&far, 100_000).to_string().contains("not 100000"));
     assert!(matches!(run(&Formula::new(-1.0, sphere), 8), IsosurfaceError::Bounds(_)));
-    assert!(matches!(run(&Formula::new(f64::NAN, sphere), 8), IsosurfaceError::Bounds(_)));
+    let error = run(&Formula::new(f64::NAN, sphere), 8);
+    assert!(matches!(error, IsosurfaceError::Bounds(_)) && error.to_string().contains("[NaN, NaN, NaN] to"));
     let liar = Formula {
         lipschitz: Some(0.01),
         ..Formula::new(1.0, |p: DVec3| 0.3 * (9.0 * p.x).sin() + 0.3 * (7.0 * p.y).cos() * (8.0 * p.z).sin())

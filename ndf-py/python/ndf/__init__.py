@@ -11,7 +11,7 @@ Nothing is changed in place. Every failure is a :class:`NdfError` that says what
 """
 
 from ndf import compat
-from ndf._fit import NdfWarning, Surface, fit, fit_file, fit_points, fit_surface
+from ndf._fit import Surface, fit, fit_file, fit_points, fit_surface
 from ndf._geodesics import GeodesicSolver, Path, geodesic_distance
 from ndf._measures import closest_point, info, measure, winding_number
 from ndf._meshing import decimate, marching_cubes, remesh
@@ -19,6 +19,7 @@ from ndf._model import Model
 from ndf._native import NdfError, __version__
 from ndf._show import View, show
 from ndf._spectra import heat_kernel_signature, laplacian, spectrum, wave_kernel_signature
+from ndf._warnings import NdfWarning
 
 __all__ = [
     "GeodesicSolver",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from inspect import signature
 from typing import Any, SupportsIndex, TypeAlias, TypeVar, Union, cast
@@ -10,6 +10,7 @@ from typing import Any, SupportsIndex, TypeAlias, TypeVar, Union, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ndf._arguments import text
 from ndf._native import NdfError
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -24,17 +25,26 @@ Places: TypeAlias = Union[Place, Sequence[Place], NDArray[np.integer[Any]]]
 NativePlace: TypeAlias = tuple[int, Union[tuple[float, float, float], None]]
 
 
-def _as_array(values: Any, what: str) -> NDArray[Any]:
+def _as_array(values: Any, what: str, shape: str) -> NDArray[Any]:
     try:
-        return np.asarray(values)
+        array = np.asarray(values)
     except ValueError as error:
         raise NdfError(f"{what} must be an array; its rows differ in length") from error
+    if array.ndim == 0:
+        raise NdfError(f"{what} must be an array of the shape {shape}, not {_named(values)}")
+    return array
+
+
+def _named(value: Any) -> str:
+    """What was given, in few words."""
+    said = repr(value)
+    return said if len(said) <= 60 else f"a {type(value).__name__}"
 
 
 def floats(values: Any, what: str, columns: int | None = 3) -> Floats:
     """``(n, columns)`` float64, or ``(n,)`` where ``columns`` is None."""
-    array = _as_array(values, what)
     shape = "(n,)" if columns is None else f"(n, {columns})"
+    array = _as_array(values, what, shape)
     if array.size == 0 and columns is not None and array.ndim < 2:
         array = np.empty((0, columns))
     wanted = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
@@ -47,8 +57,8 @@ def floats(values: Any, what: str, columns: int | None = 3) -> Floats:
 
 def indices(values: Any, what: str, columns: int | None = 3) -> Ints:
     """``(n, columns)`` int64, or ``(n,)`` where ``columns`` is None, of integers of any width."""
-    array = _as_array(values, what)
     shape = "(n,)" if columns is None else f"(n, {columns})"
+    array = _as_array(values, what, shape)
     if array.size == 0 and array.ndim < 2:
         array = np.empty((0,) if columns is None else (0, columns), np.int64)
     wanted = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
@@ -61,11 +71,33 @@ def indices(values: Any, what: str, columns: int | None = 3) -> Ints:
     return np.require(array, np.int64, ("C", "A"))
 
 
-def mesh(vertices: Any, faces: Any) -> tuple[Floats, Ints]:
-    """The arrays of a mesh."""
+def mesh(vertices: Any, faces: Any, which: str = "") -> tuple[Floats, Ints]:
+    """The arrays of a mesh. ``which`` tells it from others in errors."""
+    of = f" of the {which} mesh" if which else ""
+    if vertices is None and faces is None:
+        raise NdfError(f"the {which or 'only'} mesh is missing; give vertices and faces")
     if faces is None:
-        raise NdfError(f"faces are missing, and a {type(vertices).__name__} is no mesh; give vertices and faces")
-    return floats(vertices, "vertices"), indices(faces, "faces")
+        kind = type(vertices).__name__
+        raise NdfError(f"faces{of} are missing, and a {kind} is no mesh; give vertices and faces")
+    return floats(vertices, f"vertices{of}"), indices(faces, f"faces{of}")
+
+
+def queries(points: Any) -> Floats:
+    """Places ``(k, 3)``."""
+    if points is None:
+        raise NdfError("points are missing; give the places to ask at, (k, 3)")
+    return floats(points, "points")
+
+
+def columns_of(values: Any, what: str, vertices: int) -> dict[str, Floats]:
+    """Scalars ``(n,)`` at so many vertices, by name."""
+    if not isinstance(values, Mapping):
+        raise NdfError(f"{what} must be a dict of names and values, not {_named(values)}")
+    columns = {text(name, "the name of a scalar"): floats(column, f"scalar {name}", None) for name, column in values.items()}
+    for name, column in columns.items():
+        if len(column) != vertices:
+            raise NdfError(f"scalar {name} has {len(column)} values for {vertices} vertices")
+    return columns
 
 
 def of_object(thing: Any) -> tuple[Any, Any] | None:
@@ -108,18 +140,6 @@ def takes_meshes(function: _Function) -> _Function:
     return cast(_Function, taking)
 
 
-def count(value: Any, what: str, low: int, high: int) -> int:
-    """A whole number between bounds."""
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise NdfError(f"{what} must be a whole number, not {value!r}")
-    number = int(value.__index__())
-    if number < low:
-        raise NdfError(f"{what} must be at least {low}, not {number}")
-    if number > high:
-        raise NdfError(f"{what} must be at most {high}, not {number}")
-    return number
-
-
 def _is_face_point(value: Any) -> bool:
     """Whether this is a face and its coordinates, and not two places."""
     if not isinstance(value, (tuple, list)) or len(value) != 2 or isinstance(value[0], (tuple, list)):
@@ -131,21 +151,21 @@ def _is_face_point(value: Any) -> bool:
     return bool(np.ndim(second) == 1)
 
 
-def place(value: Any) -> NativePlace:
+def place(value: Any, what: str = "a source") -> NativePlace:
     """A vertex as ``(index, None)``, a point of a face as ``(face, coordinates)``."""
     if _is_face_point(value):
         coordinates = floats(value[1], "barycentric coordinates", None)
         if len(coordinates) != 3:
             raise NdfError(f"a point of a face has three barycentric coordinates, not {len(coordinates)}")
         a, b, c = coordinates.tolist()
-        return _index(value[0]), (a, b, c)
-    return _index(value), None
+        return _index(value[0], what), (a, b, c)
+    return _index(value, what), None
 
 
-def _index(value: Any) -> int:
-    array = _as_array(value, "a source")
+def _index(value: Any, what: str) -> int:
+    array = np.empty(0) if isinstance(value, (tuple, list)) else np.asarray(value)
     if array.ndim != 0 or array.dtype.kind not in "iu":
-        raise NdfError(f"a source is a vertex or (face, barycentric coordinates), not {value!r}")
+        raise NdfError(f"{what} must be a vertex or (face, barycentric coordinates), not {_named(value)}")
     number = int(array)
     if number >= 2**63:
         raise NdfError(f"there is no vertex or face {number}")

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import inspect
 import json
-import warnings
 from collections.abc import Callable
+from functools import wraps
 from os import PathLike
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypedDict, TypeVar, cast, runtime_checkable
 
 from ndf import _native
-from ndf._arrays import Floats, count, floats, mesh, of_object, takes_meshes
+from ndf._arguments import choice, count, file_path, flag, number, share, text
+from ndf._arrays import Floats, floats, mesh, of_object, takes_meshes
 from ndf._model import Model
 from ndf._native import NdfError
 from ndf._progress import Observer, Progress, observer
+from ndf._warnings import warn
 
-
-class NdfWarning(UserWarning):
-    """What was left out, changed or is doubtful: the sentences that the program writes to the error stream."""
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 @runtime_checkable
@@ -24,7 +26,7 @@ class Surface(Protocol):
     """A representation of surfaces that is written in Python. It may also have ``field(points) -> values``, ``(k, 3) -> (k,)``:
     a scalar field that is negative inside and zero on the surface, of which a base mesh is made.
 
-    Both are called in batches of at most 16384 points, from threads of Rust: Python runs one at a time, but may go from one call to
+    Both are called in batches of up to 16384 points, from threads of Rust: Python runs one at a time, but may go from one call to
     another before the first is done, so that what calls share needs a lock, or ``threads=1``. An exception ends the fit and comes
     out as it is.
     """
@@ -38,6 +40,27 @@ class Surface(Protocol):
         that are returned point outward. Where ``ok`` is false there is no foot."""
 
 
+class FitOptions(TypedDict, total=False):
+    """The keywords that all ways to learn share; :func:`fit` says what they mean."""
+
+    base: Any
+    base_faces: int | None
+    features: int | None
+    preset: Literal["default", "paper"]
+    epochs: int | None
+    samples: int | None
+    field: Literal["auto", "levels", "network"]
+    size: int | None
+    error: float | None
+    seed: int
+    time_limit: float | None
+    threads: int | None
+    progress: Progress
+
+
+#: Those of them that are not None where nothing is given.
+_DEFAULTS: FitOptions = {"preset": "default", "field": "auto", "seed": 0, "progress": False}
+
 #: What numbers may be: as the program has it.
 _RANGES = {
     "base_faces": (4, 10_000_000),
@@ -49,64 +72,75 @@ _RANGES = {
     "threads": (0, 1024),
 }
 
+_Function = TypeVar("_Function", bound=Callable[..., Model])
 
-def _options(
-    preset: str,
-    **options: Any,
-) -> dict[str, Any]:
-    if preset not in ("default", "paper"):
-        raise NdfError(f"preset must be default or paper, not {preset}")
+
+def _takes_options(function: _Function) -> _Function:
+    """Gives a function that takes :class:`FitOptions` the signature with their names, and has Python check them."""
+    own = inspect.signature(function)
+    named: list[inspect.Parameter] = []
+    for name, note in FitOptions.__annotations__.items():
+        kind, default = inspect.Parameter.KEYWORD_ONLY, cast("dict[str, Any]", _DEFAULTS).get(name)
+        named.append(inspect.Parameter(name, kind, default=default, annotation=getattr(note, "__forward_arg__", note)))
+    parameters = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    full = own.replace(parameters=[*parameters, *named])
+
+    @wraps(function)
+    def checked(*arguments: Any, **options: Any) -> Model:
+        try:
+            bound = full.bind(*arguments, **options)
+        except TypeError as error:
+            raise TypeError(f"{function.__name__}() {error}") from None
+        bound.apply_defaults()
+        return function(*bound.args, **bound.kwargs)
+
+    checked.__signature__ = full  # type: ignore[attr-defined]
+    return cast(_Function, checked)
+
+
+def _native_options(options: dict[str, Any]) -> dict[str, Any]:
+    """The options as the native part takes them."""
+    found = {name: options[name] for name in FitOptions.__annotations__ if name not in ("base", "progress")}
+    found["paper"] = choice(found.pop("preset"), "preset", "default", "paper") == "paper"
+    choice(found["field"], "field", "auto", "levels", "network")
     for name, (low, high) in _RANGES.items():
-        if options[name] is not None:
-            options[name] = count(options[name], name, low, high)
-    if options["size"] is not None and options["error"] is not None:
+        if found[name] is not None:
+            found[name] = count(found[name], name, low, high)
+    if found["size"] is not None and found["error"] is not None:
         raise NdfError("give size or error, not both")
-    error = options["error"]
-    if error is not None and not 0.0 < error < 1.0:
-        raise NdfError(f"error must be a share of the diagonal such as 0.0002, not {error}")
-    return {"paper": preset == "paper", **options}
+    if found["error"] is not None:
+        found["error"] = share(found["error"], "error", "0.0002, of the diagonal")
+    if found["time_limit"] is not None:
+        found["time_limit"] = number(found["time_limit"], "time_limit")
+    return found
 
 
 def _learned(
     learn: Callable[[Any, dict[str, Any], Observer | None], tuple[_native.Model, str, list[str]]],
-    base: Any,
-    options: dict[str, Any],
-    progress: Progress,
-    *,
-    depth: int = 3,
+    options: FitOptions,
 ) -> Model:
+    given = cast("dict[str, Any]", options)
+    base, native = given["base"], _native_options(given)
     if base is not None:
         arrays = of_object(base) or base
         if not isinstance(arrays, (tuple, list)) or len(arrays) != 2:
             raise NdfError("base must be vertices and faces, (V, F), or a mesh that has both")
-        base = mesh(*arrays)
-    with observer(progress) as observing:
-        model, report, notes = learn(base, options, observing)
-    for note in notes:
-        warnings.warn(note, NdfWarning, stacklevel=depth)
+        base = mesh(arrays[0], arrays[1], "base")
+    with observer(given["progress"]) as observing:
+        model, report, notes = learn(base, native, observing)
+    warn(notes)
     return Model(model, json.loads(report), notes)
 
 
 @takes_meshes
+@_takes_options
 def fit(
     vertices: Any,
     faces: Any = None,
     *,
-    base: Any = None,
-    base_faces: int | None = None,
-    features: int | None = None,
-    preset: Literal["default", "paper"] = "default",
-    epochs: int | None = None,
-    samples: int | None = None,
-    field: Literal["auto", "levels", "network"] = "auto",
-    size: int | None = None,
-    error: float | None = None,
-    seed: int = 0,
-    time_limit: float | None = None,
-    threads: int | None = None,
     largest_component: bool = False,
     name: str | PathLike[str] | None = None,
-    progress: Progress = False,
+    **options: Unpack[FitOptions],
 ) -> Model:
     """Learns a mesh of any quality: what the program ``ndf fit`` does, with its defaults.
 
@@ -152,37 +186,22 @@ def fit(
 
     Source: the paper on neural displacement fields; the levels are this project's own.
     """
-    arrays = mesh(vertices, faces)
-    options = _options(
-        preset, base_faces=base_faces, features=features, epochs=epochs, samples=samples, field=field,
-        size=size, error=error, seed=seed, time_limit=time_limit, threads=threads,
-    )  # fmt: skip
+    arrays, named = mesh(vertices, faces), None if name is None else file_path(name, "name")
+    is_largest = flag(largest_component, "largest_component")
 
     def learn(base: Any, options: dict[str, Any], observing: Observer | None) -> Any:
-        return _native.fit_mesh(*arrays, name, largest_component, base, options, observing)
+        return _native.fit_mesh(*arrays, named, is_largest, base, options, observing)
 
-    # What takes meshes as objects is between this and who calls.
-    return _learned(learn, base, options, progress, depth=4)
+    return _learned(learn, options)
 
 
+@_takes_options
 def fit_points(
     points: Any,
     normals: Any = None,
     *,
-    base: Any = None,
-    base_faces: int | None = None,
-    features: int | None = None,
-    preset: Literal["default", "paper"] = "default",
-    epochs: int | None = None,
-    samples: int | None = None,
-    field: Literal["auto", "levels", "network"] = "auto",
-    size: int | None = None,
-    error: float | None = None,
-    seed: int = 0,
-    time_limit: float | None = None,
-    threads: int | None = None,
     name: str | PathLike[str] | None = None,
-    progress: Progress = False,
+    **options: Unpack[FitOptions],
 ) -> Model:
     """Learns a point cloud: ``points`` ``(n, 3)``, with outward ``normals`` ``(n, 3)`` of any length, or without.
 
@@ -193,17 +212,15 @@ def fit_points(
     directions = None if normals is None else floats(normals, "normals")
     if directions is not None and directions.shape != positions.shape:
         raise NdfError(f"there are {len(directions)} normals for {len(positions)} points")
-    options = _options(
-        preset, base_faces=base_faces, features=features, epochs=epochs, samples=samples, field=field,
-        size=size, error=error, seed=seed, time_limit=time_limit, threads=threads,
-    )  # fmt: skip
+    named = None if name is None else file_path(name, "name")
 
     def learn(base: Any, options: dict[str, Any], observing: Observer | None) -> Any:
-        return _native.fit_points(positions, directions, name, base, options, observing)
+        return _native.fit_points(positions, directions, named, base, options, observing)
 
-    return _learned(learn, base, options, progress)
+    return _learned(learn, options)
 
 
+@_takes_options
 def fit_file(
     path: str | PathLike[str],
     *,
@@ -211,19 +228,7 @@ def fit_file(
     iso: float | None = None,
     largest_component: bool = False,
     keep_seams: bool = False,
-    base: Any = None,
-    base_faces: int | None = None,
-    features: int | None = None,
-    preset: Literal["default", "paper"] = "default",
-    epochs: int | None = None,
-    samples: int | None = None,
-    field: Literal["auto", "levels", "network"] = "auto",
-    size: int | None = None,
-    error: float | None = None,
-    seed: int = 0,
-    time_limit: float | None = None,
-    threads: int | None = None,
-    progress: Progress = False,
+    **options: Unpack[FitOptions],
 ) -> Model:
     """Learns whatever the program reads: meshes, scans, neural fields, Gaussian splats.
 
@@ -231,46 +236,24 @@ def fit_file(
     the file should not decide (``--as`` of the program), ``iso`` the level of the surface in a density, ``keep_seams`` leaves
     vertices in one place apart. The other parameters and errors are those of :func:`fit`.
     """
-    options = _options(
-        preset, base_faces=base_faces, features=features, epochs=epochs, samples=samples, field=field,
-        size=size, error=error, seed=seed, time_limit=time_limit, threads=threads,
-    )  # fmt: skip
+    place, level = file_path(path, "path"), None if iso is None else number(iso, "iso")
+    wanted = None if kind is None else text(kind, "kind")
+    is_largest, is_apart = flag(largest_component, "largest_component"), flag(keep_seams, "keep_seams")
 
     def learn(base: Any, options: dict[str, Any], observing: Observer | None) -> Any:
-        return _native.fit_file(
-            path, kind, iso, largest_component, keep_seams, base, options, observing
-        )
+        return _native.fit_file(place, wanted, level, is_largest, is_apart, base, options, observing)
 
-    return _learned(learn, base, options, progress)
+    return _learned(learn, options)
 
 
-def fit_surface(
-    surface: Surface,
-    *,
-    base: Any = None,
-    base_faces: int | None = None,
-    features: int | None = None,
-    preset: Literal["default", "paper"] = "default",
-    epochs: int | None = None,
-    samples: int | None = None,
-    field: Literal["auto", "levels", "network"] = "auto",
-    size: int | None = None,
-    error: float | None = None,
-    seed: int = 0,
-    time_limit: float | None = None,
-    threads: int | None = None,
-    progress: Progress = False,
-) -> Model:
+@_takes_options
+def fit_surface(surface: Surface, **options: Unpack[FitOptions]) -> Model:
     """Learns a representation that is written in Python, a :class:`Surface`. Without ``surface.field`` it needs a ``base``.
 
     The other parameters and errors are those of :func:`fit`.
     """
-    options = _options(
-        preset, base_faces=base_faces, features=features, epochs=epochs, samples=samples, field=field,
-        size=size, error=error, seed=seed, time_limit=time_limit, threads=threads,
-    )  # fmt: skip
 
     def learn(base: Any, options: dict[str, Any], observing: Observer | None) -> Any:
         return _native.fit_surface(surface, base, options, observing)
 
-    return _learned(learn, base, options, progress)
+    return _learned(learn, options)

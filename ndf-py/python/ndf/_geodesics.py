@@ -7,6 +7,7 @@ from typing import Any, Literal, NamedTuple
 from numpy.typing import ArrayLike
 
 from ndf import _native
+from ndf._arguments import choice, count, positive
 from ndf._arrays import (
     Floats,
     Ints,
@@ -22,6 +23,7 @@ from ndf._arrays import (
 )
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
+from ndf._warnings import warn
 
 
 class Path(NamedTuple):
@@ -37,12 +39,12 @@ class Path(NamedTuple):
     length: float
 
 
-def _is_heat(method: str, time_step: float | None) -> bool:
-    if method not in ("exact", "heat"):
-        raise NdfError(f"method must be exact or heat, not {method}")
-    if method == "exact" and time_step is not None:
-        raise NdfError("time_step is for the heat method")
-    return method == "heat"
+def _method(method: str, time_step: float | None) -> tuple[bool, float | None]:
+    """Whether it is the heat method, and its time step."""
+    is_heat = choice(method, "method", "exact", "heat") == "heat"
+    if not is_heat and time_step is not None:
+        raise NdfError('time_step is for the heat method; give method="heat" with it')
+    return is_heat, None if time_step is None else positive(time_step, "time_step")
 
 
 class GeodesicSolver:
@@ -57,11 +59,14 @@ class GeodesicSolver:
     ------
     NdfError
         If an edge has three faces, or the arrays are no mesh.
+    NdfWarning
+        If something was repaired: faces left out, vertices in one place joined.
     """
 
     def __init__(self, vertices: Any, faces: Any = None) -> None:
         arrays = mesh(*(of_object(vertices) or (vertices, faces)))
         self._native = _native.GeodesicSolver(*arrays)
+        warn(self._native.notes())
 
     def distance(
         self,
@@ -71,7 +76,7 @@ class GeodesicSolver:
         time_step: float | None = None,
     ) -> Floats:
         """Distances ``(n,)`` of all vertices from the nearest source; inf where no path leads. See :func:`geodesic_distance`."""
-        return self._native.distance(places(sources), _is_heat(method, time_step), time_step)
+        return self._native.distance(places(sources), *_method(method, time_step))
 
     def distance_at(
         self,
@@ -83,19 +88,20 @@ class GeodesicSolver:
         time_step: float | None = None,
     ) -> Floats:
         """Distances ``(k,)`` of points of faces, ``(k,)`` and ``(k, 3)``, from the nearest source: exact inside of faces, too."""
-        is_heat = _is_heat(method, time_step)
-        return self._native.distance_at(places(sources), *face_points(face, bary), is_heat, time_step)
+        at = face_points(face, bary)
+        return self._native.distance_at(places(sources), *at, *_method(method, time_step))
 
     def path(self, start: Place, end: Place) -> Path:
         """A shortest path between two places; NdfError if there is none."""
-        return Path(*self._native.path(place(start), place(end)))
+        return Path(*self._native.path(place(start, "start"), place(end, "end")))
 
     def matrix(
         self, vertices: ArrayLike, *, threads: int = 0, progress: Progress = False
     ) -> Floats:
-        """Exact distances ``(k, k)`` between all pairs of ``k`` vertices: symmetric, zero on the diagonal. Rows are computed in
-        parallel, on all cores with 0 threads."""
+        """Exact distances ``(k, k)`` between all pairs of ``k`` vertices: exactly symmetric, zero on the diagonal. Each pair is
+        computed once, from the one that comes first, and mirrored. Rows are computed in parallel, on all cores with 0 threads."""
         wanted = indices(vertices, "vertices", None).tolist()
+        threads = count(threads, "threads", 0, 1024)
         with observer(progress) as observing:
             return self._native.matrix(wanted, threads, observing)
 
@@ -109,7 +115,8 @@ def geodesic_distance(
     method: Literal["exact", "heat"] = "exact",
     time_step: float | None = None,
 ) -> Floats:
-    """Distances ``(n,)`` over the surface from the nearest source, in the units of the mesh; inf where no path leads.
+    """Distances ``(n,)`` over the surface from the nearest source, in the units of the mesh; inf where no path leads, and nan at
+    vertices that are not finite, whose faces are left out.
 
     Parameters
     ----------
@@ -126,6 +133,8 @@ def geodesic_distance(
     ------
     NdfError
         If an edge has three faces, or a source is not on the mesh.
+    NdfWarning
+        If something was repaired: faces left out, vertices in one place joined.
 
     Source: Mitchell, Mount, Papadimitriou (1987); Crane, Weischedel, Wardetzky (2013).
     """

@@ -8,7 +8,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
+from ndf._arguments import count
+from ndf._arrays import Floats, Ints, mesh, queries, takes_meshes
+from ndf._warnings import warn
 
 
 @takes_meshes
@@ -31,8 +33,13 @@ def measure(
         If one of the meshes has no area.
     """
     samples, seed = count(samples, "samples", 0, 1_000_000_000), count(seed, "seed", 0, 2**64 - 1)
-    figures = _native.measure(*mesh(vertices, faces), *mesh(vertices2, faces2), samples, seed)
-    found: dict[str, Any] = json.loads(figures)
+    meshes = *mesh(vertices, faces, "first"), *mesh(vertices2, faces2, "second")
+    found: dict[str, Any] = json.loads(_native.measure(*meshes, samples, seed))
+    left_out = found["area_left_out"]
+    for which, share in [("first", left_out["reference"]), ("second", left_out["mesh"])]:
+        if share > 0:
+            percent = f"{100 * share:.1f} % of the faces of the {which} mesh"
+            warn([f"{percent} have corners that are not finite, and are left out"])
     return found
 
 
@@ -46,11 +53,14 @@ def info(vertices: Any, faces: Any = None) -> dict[str, Any]:
 @takes_meshes
 def winding_number(vertices: Any, faces: Any = None, points: ArrayLike | None = None) -> Floats:
     """How often the mesh winds around each of ``points`` ``(k, 3)``: ``(k,)``, 1 inside and 0 outside where it is closed and
-    oriented outward, in between where it has holes; nan at points that are not finite.
+    oriented outward, in between where it has holes; nan at points that are not finite. Faces with a corner that is not finite are left out, which a
+    warning says.
 
     Source: Barill et al. (2018).
     """
-    return _native.winding_number(*mesh(vertices, faces), floats(points, "points"))
+    found, notes = _native.winding_number(*mesh(vertices, faces), queries(points))
+    warn(notes)
+    return found
 
 
 @takes_meshes
@@ -58,5 +68,8 @@ def closest_point(
     vertices: Any, faces: Any = None, points: ArrayLike | None = None
 ) -> tuple[Floats, Ints, Floats]:
     """The point of the mesh closest to each of ``points`` ``(k, 3)``: positions ``(k, 3)``, faces ``(k,)`` and barycentric
-    coordinates ``(k, 3)``. The face is -1 where there is none: at points that are not finite, and on meshes without faces."""
-    return _native.closest_point(*mesh(vertices, faces), floats(points, "points"))
+    coordinates ``(k, 3)``. The face is -1 where there is none: at points that are not finite, and on meshes without faces.
+    Faces with a corner that is not finite are left out, which a warning says."""
+    found, notes = _native.closest_point(*mesh(vertices, faces), queries(points))
+    warn(notes)
+    return found

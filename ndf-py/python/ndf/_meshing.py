@@ -6,9 +6,11 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
+from ndf._arguments import choice, count, number, positive
+from ndf._arrays import Floats, Ints, floats, mesh, takes_meshes
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
+from ndf._warnings import warn
 
 
 @takes_meshes
@@ -38,20 +40,25 @@ def remesh(
     ------
     NdfError
         If the mesh cannot be repaired to a manifold, the length is not positive, or ``intrinsic`` edges would join two
-        vertices twice.
+        vertices twice or need more than ten million vertices.
+    NdfWarning
+        If something was repaired: of vertices that are not finite the faces are left out.
 
     Source: Botsch and Kobbelt (2004); Sharp, Soliman and Crane (2019).
     """
     if edge_length is None:
         raise NdfError("edge_length is missing; give the length that edges should have, in the units of the mesh")
-    if method not in ("isotropic", "intrinsic"):
-        raise NdfError(f"method must be isotropic or intrinsic, not {method}")
+    edge_length = positive(edge_length, "edge_length")
+    choice(method, "method", "isotropic", "intrinsic")
     rounds = count(rounds, "rounds", 0, 1000)
     arrays = mesh(vertices, faces)
-    if method == "intrinsic":
-        return _native.remesh_intrinsically(*arrays, edge_length)
     with observer(progress) as observing:
-        return _native.remesh(*arrays, edge_length, rounds, observing)
+        if method == "intrinsic":
+            found, notes = _native.remesh_intrinsically(*arrays, edge_length, observing)
+        else:
+            found, notes = _native.remesh(*arrays, edge_length, rounds, observing)
+    warn(notes)
+    return found
 
 
 @takes_meshes
@@ -76,7 +83,8 @@ def decimate(
         raise NdfError("faces is missing; give the number of faces to reach")
     faces = count(faces, "faces", 4, 2**32 - 1)
     with observer(progress) as observing:
-        found, births = _native.decimate(*mesh(vertices, triangles), faces, observing)
+        found, births, notes = _native.decimate(*mesh(vertices, triangles), faces, observing)
+    warn(notes)
     return *found, births
 
 
@@ -95,7 +103,7 @@ def marching_cubes(
     Parameters
     ----------
     field
-        A callable from points ``(k, 3)`` to values ``(k,)``, called in batches of at most 16384 points from threads of Rust.
+        A callable from points ``(k, 3)`` to values ``(k,)``, called in batches of up to 16384 points from threads of Rust.
         Calls may overlap as those of Python's threads do; ``threads=1`` has one after the other. An exception comes out as it
         is.
     bounds
@@ -112,10 +120,13 @@ def marching_cubes(
 
     Source: Lorensen and Cline (1987), with the cases of Chernyaev (1995) that keep it manifold.
     """
-    if inside not in ("below", "above"):
-        raise NdfError(f"inside must be below or above, not {inside}")
-    grid = count(grid, "grid", 1, 2048)
+    if not callable(field):
+        raise NdfError(f"field must be a callable from points (k, 3) to values (k,), not {field!r}")
+    is_above = choice(inside, "inside", "below", "above") == "above"
+    grid, level = count(grid, "grid", 1, 2048), number(level, "level")
+    threads = None if threads is None else count(threads, "threads", 0, 1024)
     box = floats(bounds, "bounds")
+    if len(box) != 2:
+        raise NdfError(f"bounds must be two corners, (lo, hi), not {len(box)}")
     with observer(progress) as observing:
-        is_above = inside == "above"
         return _native.marching_cubes(field, box, grid, level, is_above, threads, observing)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path as FilePath
@@ -13,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, face_points, floats, mesh, of_object
+from ndf._arguments import count, file_path, flag, positive, share, text
+from ndf._arrays import Floats, Ints, columns_of, face_points, mesh, of_object
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
+from ndf._warnings import warn
 
 if TYPE_CHECKING:
     from ndf._show import View
@@ -54,14 +55,15 @@ class Model:
         NdfError
             If it cannot be read, or is no model.
         """
+        place = file_path(path, "path")
         try:
-            data = FilePath(path).read_bytes()
+            data = FilePath(place).read_bytes()
         except OSError as error:
-            raise NdfError(f"cannot read {os.fspath(path)}: {error.strerror}") from error
+            raise NdfError(f"cannot read {place}: {error.strerror}") from error
         try:
             return Model.from_bytes(data)
         except NdfError as error:
-            raise NdfError(f"{os.fspath(path)} is no usable model: {error}") from error
+            raise NdfError(f"{place} is no usable model: {error}") from error
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes a model file. The file appears when it is whole.
@@ -71,13 +73,16 @@ class Model:
         NdfError
             If it cannot be written.
         """
-        self._native.save(path)
+        place = file_path(path, "path")
+        self._native.save(place)
         if self.report:
-            self.report["output"] = os.fspath(path)
+            self.report["output"] = place
 
     @staticmethod
     def from_bytes(data: bytes) -> Model:
         """The model of the bytes of a file; NdfError if they are none."""
+        if not isinstance(data, (bytes, bytearray, memoryview)):
+            raise NdfError(f"data must be the bytes of a model file, not a {type(data).__name__}")
         return Model(_native.Model.from_bytes(bytes(data)), {}, [])
 
     def to_bytes(self) -> bytes:
@@ -136,10 +141,9 @@ class Model:
         NdfError
             If the length is not positive, or would make more than 50 million faces.
         """
+        lengths, reported = _lengths(edge_length, relative_edge_length), flag(report, "report")
         with observer(progress) as observing:
-            (vertices, faces), _, figures = self._native.extract(
-                edge_length, relative_edge_length, report, observing
-            )
+            (vertices, faces), _, figures = self._native.extract(*lengths, reported, observing)
         return (vertices, faces) if figures is None else (vertices, faces, json.loads(figures))
 
     def extract_places(
@@ -151,10 +155,9 @@ class Model:
     ) -> tuple[Floats, Ints, Ints, Floats]:
         """What :meth:`extract` gives, and where over the base mesh the vertices are: faces ``(n,)`` and barycentric coordinates
         ``(n, 3)``, at which :meth:`evaluate`, :meth:`normals` and :meth:`eval_scalars` say what is there."""
+        lengths = _lengths(edge_length, relative_edge_length)
         with observer(progress) as observing:
-            mesh, places, _ = self._native.extract(
-                edge_length, relative_edge_length, False, observing
-            )
+            mesh, places, _ = self._native.extract(*lengths, False, observing)
         return *mesh, *places
 
     def evaluate(self, face: ArrayLike, bary: ArrayLike) -> Floats:
@@ -187,7 +190,7 @@ class Model:
         Parameters
         ----------
         values
-            By name, the values ``(n,)`` at the vertices of a mesh.
+            By name, the values ``(n,)`` at the vertices of a mesh. They are stored in single precision at most.
         vertices, faces
             That mesh, near the surface and in its units.
         size, error
@@ -201,13 +204,14 @@ class Model:
         Raises
         ------
         NdfError
-            If there are not as many values as vertices, or they are not finite; the model is then as it was.
+            If there are not as many values as vertices, they are not finite, or single precision cannot hold them; the model is
+            then as it was.
         """
         place = mesh(*(of_object(vertices) or (vertices, faces)))
-        columns = {name: floats(column, f"scalar {name}", None) for name, column in values.items()}
-        for name, column in columns.items():
-            if len(column) != len(place[0]):
-                raise NdfError(f"scalar {name} has {len(column)} values for {len(place[0])} vertices")
+        columns = columns_of(values, "values", len(place[0]))
+        size = None if size is None else count(size, "size", 100, 10_000_000)
+        error = None if error is None else share(error, "error", "0.005, of the ranges of the scalars")
+        seed = count(seed, "seed", 0, 2**64 - 1)
         if not columns:
             raise NdfError("there are no scalars to store; give a dict of names and values")
         rows = np.ascontiguousarray(np.stack(list(columns.values())))
@@ -216,11 +220,17 @@ class Model:
                 list(columns), rows, *place, size, error, seed, observing
             )
         found: dict[str, Any] = json.loads(figures)
+        if size is not None and found["bytes"] > size:
+            warn([f"the scalars take {found['bytes']} bytes, not {size}: so much do their parts need"])
+        if error is not None and found["rms_error"] > error:
+            share_found, share_asked = 100 * found["rms_error"], 100 * error
+            off = f"off by {share_found:.3f} % of their ranges rms, not {share_asked:.3f} %"
+            warn([f"the scalars are {off}: finer levels would not fit"])
         return found
 
     def eval_scalars(self, name: str, face: ArrayLike, bary: ArrayLike) -> Floats:
-        """Values ``(k,)`` of a stored scalar over points of the base mesh."""
-        return self._native.eval_scalars(name, *face_points(face, bary))
+        """Values ``(k,)`` of a stored scalar over points of the base mesh, computed in single precision."""
+        return self._native.eval_scalars(text(name, "name"), *face_points(face, bary))
 
     def show(
         self,
@@ -283,6 +293,16 @@ class Model:
 
         vertices, faces = self.extract(edge_length, relative_edge_length=relative_edge_length)
         return polyscope.register_surface_mesh(name, vertices, faces, **options)
+
+
+def _lengths(edge_length: Any, relative_edge_length: Any) -> tuple[float | None, float | None]:
+    """The edge lengths of an extraction, of which at most one is given."""
+    if edge_length is not None and relative_edge_length is not None:
+        raise NdfError("give edge_length or relative_edge_length, not both")
+    return (
+        None if edge_length is None else positive(edge_length, "edge_length"),
+        None if relative_edge_length is None else positive(relative_edge_length, "relative_edge_length"),
+    )
 
 
 def _restored(data: bytes, report: dict[str, Any], notes: list[str]) -> Model:

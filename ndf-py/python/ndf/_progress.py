@@ -6,6 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeAlias, Union
 
+import numpy as np
+
+from ndf._native import NdfError
+
 #: What is called with a stage and a fraction of it.
 Observer: TypeAlias = Callable[[str, float], object]
 
@@ -16,7 +20,9 @@ Progress: TypeAlias = Union[bool, Observer]
 @contextmanager
 def observer(progress: Progress) -> Iterator[Union[Observer, None]]:
     """What the native part calls on the thread of the caller."""
-    if not isinstance(progress, bool):
+    if not isinstance(progress, (bool, np.bool_)):
+        if not callable(progress):
+            raise NdfError(f"progress must be True, False or callable(stage, fraction), not {progress!r}")
         yield progress
         return
     if not progress:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import tempfile
-import warnings
 import webbrowser
 from collections.abc import Mapping
 from os import PathLike
@@ -15,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import floats, mesh, of_object
-from ndf._fit import NdfWarning
+from ndf._arguments import file_path, positive, text
+from ndf._arrays import columns_of, floats, mesh, of_object
 from ndf._native import NdfError
+from ndf._warnings import warn
 
 
 class View:
@@ -42,17 +42,18 @@ class View:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the page; NdfError if it cannot be."""
+        place = file_path(path, "path")
         try:
-            FilePath(path).write_text(self.html, encoding="utf-8")
+            FilePath(place).write_text(self.html, encoding="utf-8")
         except OSError as error:
-            raise NdfError(f"cannot write {path}: {error.strerror}") from error
+            raise NdfError(f"cannot write {place}: {error.strerror}") from error
 
     def open(self) -> None:
         """Opens the page in a browser, as a file in the temporary folder. A warning has its name if there is no browser."""
         with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="ndf-", delete=False, encoding="utf-8") as file:
             file.write(self.html)
         if not webbrowser.open(FilePath(file.name).as_uri()):
-            warnings.warn(f"there is no browser; the page is {file.name}", NdfWarning, stacklevel=2)
+            warn([f"there is no browser; the page is {file.name}"])
 
 
 def show(
@@ -71,7 +72,7 @@ def show(
     vertices, faces
         ``(n, 3)`` and ``(m, 3)``, or one object with both.
     scalars
-        Values ``(n,)`` at the vertices, by name.
+        Values ``(n,)`` at the vertices, by name. They are shown in single precision, and names as words of ASCII.
     scalar
         The name of the one that colours the surface at first; the first, if None and there is no ``source``.
     source
@@ -87,18 +88,16 @@ def show(
     Raises
     ------
     NdfError
-        If there are not as many values as vertices, or no scalar has the name.
+        If there are not as many values as vertices, single precision cannot hold them, or no scalar has the name.
     """
     place = mesh(*(of_object(vertices) or (vertices, faces)))
-    columns = {key: floats(column, f"scalar {key}", None) for key, column in (scalars or {}).items()}
-    for key, column in columns.items():
-        if len(column) != len(place[0]):
-            raise NdfError(f"scalar {key} has {len(column)} values for {len(place[0])} vertices")
+    columns = columns_of({} if scalars is None else scalars, "scalars", len(place[0]))
     if scalar is None and source is None:
         scalar = next(iter(columns), None)
     _check_scalar(scalar, columns)
     rows = np.ascontiguousarray(np.stack(list(columns.values()))) if columns else np.empty((0, 1))
-    page = _native.mesh_page(*place, list(columns), rows, name, scalar, _source(source))
+    title = text(name, "name")
+    page = _native.mesh_page(*place, list(columns), rows, title, scalar, _source(source))
     return shown(View(page))
 
 
@@ -112,6 +111,8 @@ def model_view(
 ) -> View:
     """The page of a model."""
     _check_scalar(scalar, scalars)
+    edge_length = None if edge_length is None else positive(edge_length, "edge_length")
+    name = text(name, "name")
     return View(_native.model_page(model, name, scalar, _source(source), edge_length))
 
 
@@ -123,7 +124,7 @@ def shown(view: View) -> View:
 
 
 def _check_scalar(scalar: str | None, known: Mapping[str, Any]) -> None:
-    if scalar is not None and scalar not in known:
+    if scalar is not None and text(scalar, "scalar") not in known:
         raise NdfError(f"there is no scalar {scalar}; the scalars: [{', '.join(known)}]")
 
 

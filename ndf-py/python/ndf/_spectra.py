@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ndf import _native
-from ndf._arrays import Floats, Ints, count, floats, mesh, takes_meshes
+from ndf._arguments import choice, count, flag
+from ndf._arrays import Floats, Ints, floats, mesh, takes_meshes
 from ndf._native import NdfError
 from ndf._progress import Progress, observer
+from ndf._warnings import warn
 
 
 def _sparse(csr: tuple[Floats, Ints, Ints]) -> Any:
@@ -19,6 +22,14 @@ def _sparse(csr: tuple[Floats, Ints, Ints]) -> Any:
         return csr
     count = len(csr[2]) - 1
     return csr_matrix(csr, shape=(count, count))
+
+
+def _operator(mass: str, delaunay: bool) -> tuple[str, bool]:
+    return choice(mass, "mass", "lumped", "voronoi", "consistent"), flag(delaunay, "delaunay")
+
+
+def _modes(k: int) -> int:
+    return count(k, "k", 1, 2**32 - 1)
 
 
 @takes_meshes
@@ -52,7 +63,8 @@ def laplacian(
 
     Source: Pinkall and Polthier (1993); Bobenko and Springborn (2007); Sharp and Crane (2020).
     """
-    stiffness, masses = _native.laplacian(*mesh(vertices, faces), mass, delaunay)
+    kind, is_delaunay = _operator(mass, delaunay)
+    stiffness, masses = _native.laplacian(*mesh(vertices, faces), kind, is_delaunay)
     return _sparse(stiffness), _sparse(masses)
 
 
@@ -77,8 +89,11 @@ def spectrum(
 
     Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000); none is missing, which is checked.
     """
+    kind, is_delaunay = _operator(mass, delaunay)
     with observer(progress) as observing:
-        values, rows = _native.spectrum(*mesh(vertices, faces), count(k, "k", 1, 2**32 - 1), mass, delaunay, observing)
+        found = _native.spectrum(*mesh(vertices, faces), _modes(k), kind, is_delaunay, observing)
+    (values, rows), notes = found
+    warn(notes)
     return values, rows.T
 
 
@@ -93,15 +108,23 @@ def heat_kernel_signature(
 ) -> Floats:
     """Heat kernel signatures ``(n, t)`` at ``times`` ``(t,)``, in squared units of length: how much heat stays at a vertex.
 
-    ``k`` modes are used, or as many as there are vertices.
+    ``k`` modes are used, or as many as there are vertices. NdfError if there is no time, or one is negative or not finite.
 
     Source: Sun, Ovsjanikov, Guibas (2009).
     """
     if times is None:
         raise NdfError("times are missing; give the times of the heat kernel, in squared units of length")
-    wanted = floats(times, "times", None).tolist()
+    wanted = floats(times, "times", None)
+    if len(wanted) == 0:
+        raise NdfError("times are empty; give at least one time")
+    wrong = wanted[~(np.isfinite(wanted) & (wanted >= 0.0))]
+    if len(wrong) > 0:
+        raise NdfError(f"times must be numbers that are not negative, not {wrong[0]}")
     with observer(progress) as observing:
-        rows = _native.heat_kernel_signature(*mesh(vertices, faces), wanted, count(k, "k", 1, 2**32 - 1), observing)
+        rows, notes = _native.heat_kernel_signature(
+            *mesh(vertices, faces), wanted.tolist(), _modes(k), observing
+        )
+    warn(notes)
     return rows.T
 
 
@@ -121,7 +144,8 @@ def wave_kernel_signature(
     Source: Aubry, Schlickewei, Cremers (2011).
     """
     with observer(progress) as observing:
-        rows = _native.wave_kernel_signature(
-            *mesh(vertices, faces), count(energies, "energies", 1, 100_000), count(k, "k", 1, 2**32 - 1), observing
+        rows, notes = _native.wave_kernel_signature(
+            *mesh(vertices, faces), count(energies, "energies", 1, 100_000), _modes(k), observing
         )
+    warn(notes)
     return rows.T

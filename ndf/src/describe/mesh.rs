@@ -1,6 +1,6 @@
 //! What is to be said of a mesh.
 
-use ndf_core::NoProgress;
+use ndf_core::{Cancelled, NoProgress, Progress};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::io::{MeshFile, ReadNote};
 use ndf_mesh::repair::oriented;
@@ -57,15 +57,22 @@ impl MeshDescription {
     /// Examines the mesh of a file. O(n log n), and the flips to Delaunay.
     pub fn of(file: &MeshFile) -> Self {
         let scalars = file.scalars.iter().map(|s| s.name.clone()).collect();
-        let of_mesh = Self::of_mesh(&file.mesh);
+        let of_mesh = Self::of_mesh(&file.mesh, &NoProgress).expect("nothing asks to stop");
         Self { format: Some(file.format.to_string()), scalars, notes: file.notes.clone(), ..of_mesh }
     }
 
     /// Examines a mesh.
-    pub fn of_mesh(mesh: &TriangleMesh) -> Self {
+    ///
+    /// # Errors
+    /// [`Cancelled`], if the observer asks to stop.
+    pub fn of_mesh(mesh: &TriangleMesh, progress: &dyn Progress) -> Result<Self, Cancelled> {
+        progress.check()?;
         let report = ValidationReport::of(mesh);
         let bounds = mesh.bounds();
-        Self {
+        progress.check()?;
+        let self_intersections = SelfIntersections::of(mesh, progress)?.pairs;
+        progress.check()?;
+        Ok(Self {
             kind: Kind::Mesh,
             format: None,
             orientable: report.is_manifold().then(|| {
@@ -76,12 +83,12 @@ impl MeshDescription {
             volume: (report.faces > 0 && report.is_closed()).then(|| mesh.signed_volume()),
             bounds: (!bounds.is_empty()).then(|| bounds.into()),
             diagonal: bounds.diagonal(),
-            self_intersections: SelfIntersections::of(mesh, &NoProgress).expect("nothing asks to stop").pairs,
+            self_intersections,
             delaunay: Delaunay::of(mesh, &report),
             scalars: Vec::new(),
             notes: Vec::new(),
             report,
-        }
+        })
     }
 
     /// Whether the faces of the closed mesh are oriented inward.

@@ -82,6 +82,7 @@ fn one_of_each() -> Vec<Error> {
         FitError::from(TrainError::from(SettingsError::NoEpochs)).into(),
         DistanceError::NoVertex { vertex: Vertex(3), vertices: 3 }.into(),
         FitError::from(TrainError::OutOfReach { share: 0.0 }).into(),
+        FitError::BaseFar { distance: 1.0 }.into(),
         FitError::from(TrainError::OtherTerm(name())).into(),
         FitError::from(TrainError::Diverged { epoch: 1 }).into(),
         ScalarsError::Taken { name: name(), with: name() }.into(),

@@ -17,6 +17,15 @@ pub enum FitError {
     /// The field could not be cached around the base mesh.
     #[error("the field around the base mesh cannot be sampled: {0}")]
     Band(BandError),
+    /// The base mesh that was brought is nowhere near the surface.
+    #[error(
+        "the base mesh is {distance:.3} from the surface on average, farther than one of them is wide; check that both are in \
+         the same units and in the same place"
+    )]
+    BaseFar {
+        /// The mean distance of its vertices, in the units of the surface.
+        distance: f64,
+    },
     /// Training did not end well.
     #[error(transparent)]
     Training(#[from] TrainError),

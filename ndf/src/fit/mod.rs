@@ -1,5 +1,6 @@
 //! Learning a surface: everything between an opened surface and a model.
 
+mod brought;
 mod error;
 mod fitted;
 mod levels;
@@ -237,11 +238,14 @@ impl<'a> Fit<'a> {
     /// learned, which [`FitReport::interrupted`](ndf_train::FitReport::interrupted) says; its checkpoint lets it go on.
     ///
     /// # Errors
-    /// If there is no base mesh, the settings are not usable, what is resumed learned another surface, training diverges, or
+    /// If there is no base mesh or it is nowhere near the surface, the settings are not usable, what is resumed learned another surface, training diverges, or
     /// the run is stopped before training.
     pub fn run(self) -> Result<Fitted, FitError> {
         let mut chosen = None;
         let surface = self.likeness()?;
+        if let Base::Brought(mesh) = &self.base {
+            brought::check(mesh, &*self.opened.surface)?;
+        }
         let field = match (&self.base, self.field) {
             (Base::Resumed(Checkpoint { learning: Learning::Network(_), .. }), _) => Field::Network,
             (Base::Resumed(_), _) => Field::Levels,

@@ -281,7 +281,7 @@ impl<'a> DistanceSolver<'a> {
     ) -> Result<(Vec<f64>, HeatReport), DistanceError> {
         let mut time_step = asked.unwrap_or(1.0);
         loop {
-            let found = self.heat_solver(time_step)?.distances(sources)?;
+            let found = self.heat_solver(time_step, progress)?.distances(sources)?;
             if found.out_of_reach == 0 || asked.is_some() || time_step >= MAX_TIME_STEP {
                 let report = HeatReport { time_step, out_of_reach: found.out_of_reach };
                 return Ok((found.values, report));
@@ -291,12 +291,12 @@ impl<'a> DistanceSolver<'a> {
         }
     }
 
-    fn heat_solver(&self, time_step: f64) -> Result<Arc<HeatSolver>, GeodesicError> {
+    fn heat_solver(&self, time_step: f64, progress: &dyn Progress) -> Result<Arc<HeatSolver>, GeodesicError> {
         let known = || self.heat.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, solver)) = known().iter().find(|(time, _)| *time == time_step) {
             return Ok(solver.clone());
         }
-        let solver = Arc::new(HeatSolver::with_time(&self.mesh, time_step)?);
+        let solver = Arc::new(HeatSolver::with_time(&self.mesh, time_step, progress)?);
         known().push((time_step, solver.clone()));
         Ok(solver)
     }

@@ -22,7 +22,7 @@ const REACH: f64 = 0.5;
 /// A surface that comes as close as this to where it was looked for, as a share of that reach, goes on there.
 const GOES_ON: f64 = 0.25;
 
-/// Points that are projected before it is asked again whether to stop.
+/// Points that are projected before it is asked again whether to stop, at least.
 const BATCH: usize = 4096;
 
 /// What is asked of the surface.
@@ -48,7 +48,8 @@ impl Descent<'_> {
         let places = self.points.iter().chain(&view.beyond).zip(view.normals.iter().chain(boundary_normals));
         let queries: Vec<Query> = places.zip(&self.hints).map(query).collect();
         let mut feet: Vec<Answer> = vec![Err(Miss::OutOfReach); queries.len()];
-        let batches = queries.par_chunks(BATCH).zip(feet.par_chunks_mut(BATCH));
+        let batch = BATCH.max(self.surface.batch());
+        let batches = queries.par_chunks(batch).zip(feet.par_chunks_mut(batch));
         batches.for_each(|(queries, feet)| {
             if !self.stop.is_requested() {
                 project_all(self.surface, queries, feet);
