@@ -7,7 +7,7 @@ use ndf::left_out::check_left_out;
 use ndf::{Note, Parts};
 use ndf_core::{DVec3, Hint};
 use ndf_mesh::io::{MeshFile, VertexScalars};
-use ndf_mesh::metrics::{MeasureError, MeasureOptions, Measurement, measure};
+use ndf_mesh::metrics::{MeasureError, MeasureOptions, Measurement, measure_with};
 use ndf_mesh::repair::{Repaired, repaired};
 use ndf_mesh::{ClosestPoint, ManifoldMesh, TriangleMesh, TriangleTree, Vertex};
 use ndf_meshing::WithinError;
@@ -83,7 +83,7 @@ pub fn measured(
     to: &TriangleMesh,
     context: &Context,
 ) -> Result<Measurement, Failure> {
-    measure(from, to, &sampling(context)).map_err(|error| not_measured(name, error))
+    measure_with(from, to, &sampling(context), &context.progress()).map_err(|error| not_measured(name, error))
 }
 
 /// The samples by which distances are told, those of `ndf measure`.
@@ -107,13 +107,19 @@ fn not_measured(name: &Path, error: MeasureError) -> Failure {
         MeasureError::Reference => "it has no area, or coordinates that are not finite",
         MeasureError::Mesh => "what is left of it has no area",
         MeasureError::NoSamples => "no samples were asked for",
+        MeasureError::Cancelled(cancelled) => return Failure::new(cancelled.to_string()),
     };
     Failure::new(format!("{}: {what}", name.display())).try_instead("ndf info lists what is wrong with it")
 }
 
 /// What is told of a mesh that was made of another.
-pub fn told(mesh: &ManifoldMesh, measured: &Measurement, seconds: f64) -> Result<(Value, Rows), Failure> {
-    let figures = ExtractionFigures::of(mesh, None);
+pub fn told(
+    mesh: &ManifoldMesh,
+    measured: &Measurement,
+    seconds: f64,
+    context: &Context,
+) -> Result<(Value, Rows), Failure> {
+    let figures = ExtractionFigures::of(mesh, None, &context.progress())?;
     let mut json = serde_json::to_value(&figures)?;
     json["seconds"] = seconds.into();
     json["hausdorff"] = measured.hausdorff.into();

@@ -1,11 +1,11 @@
 //! Decimation and isotropic remeshing as far as a distance allows.
 //!
-//! A distance is what [`measure`] finds between the input and the result: the largest over samples and vertices of both, which
+//! A distance is what [`measure`](ndf_mesh::metrics::measure) finds between the input and the result: the largest over samples and vertices of both, which
 //! approaches the Hausdorff distance from below.
 
-use ndf_core::Progress;
+use ndf_core::{Cancelled, Progress};
 use ndf_mesh::ManifoldMesh;
-use ndf_mesh::metrics::{MeasureError, MeasureOptions, Measurement, measure};
+use ndf_mesh::metrics::{MeasureError, MeasureOptions, Measurement, measure_with};
 
 use crate::decimation::{Decimated, Decimation, DecimationOptions};
 use crate::isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
@@ -27,13 +27,13 @@ pub enum WithinError {
     Distance(f64),
     /// The mesh cannot be measured.
     #[error(transparent)]
-    Measure(#[from] MeasureError),
+    Measure(MeasureError),
     /// Edges as short as they would have to be make too many faces.
     #[error("edges as short as a distance of {0} asks for make too many faces")]
     Edges(f64),
     /// The observer asked to stop.
-    #[error("cancelled")]
-    Cancelled,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// The mesh of the fewest faces, to about a hundredth, and no fewer than `options` ask for, that is no farther from the input
@@ -53,7 +53,7 @@ pub fn decimate_within(
 ) -> Result<(Decimated, Measurement), WithinError> {
     check(distance)?;
     let mut enough = Decimation::new(mesh, options);
-    let (mut best, mut measured) = (enough.decimated(), measure(mesh, mesh, sampling)?);
+    let (mut best, mut of_best) = (enough.decimated(), measured(mesh, mesh, sampling, progress)?);
     let mut too_few = options.faces.saturating_sub(1);
     let mut is_halving = true;
     loop {
@@ -63,24 +63,21 @@ pub fn decimate_within(
             break;
         }
         let mut tried = enough.clone();
-        tried.run(next, progress);
-        if progress.cancelled() {
-            return Err(WithinError::Cancelled);
-        }
+        tried.run(next, progress)?;
         let found = tried.decimated();
-        let of_found = measure(mesh, &found.mesh, sampling)?;
+        let of_found = measured(mesh, &found.mesh, sampling, progress)?;
         let left = found.mesh.face_count();
         if of_found.hausdorff > distance {
             (too_few, is_halving) = (next, false);
             continue;
         }
-        (enough, best, measured) = (tried, found, of_found);
+        (enough, best, of_best) = (tried, found, of_found);
         if left > next {
             // Topology and shape need what is left.
             break;
         }
     }
-    Ok((best, measured))
+    Ok((best, of_best))
 }
 
 /// The isotropic mesh of the longest edges, to about a twentieth, that is no farther from the input than `distance`, the edge
@@ -100,10 +97,10 @@ pub fn remesh_within(
         let options = IsotropicOptions { edge_length, ..*options };
         let found = remesh_isotropically(mesh, None, &options, progress).map_err(|error| match error {
             IsotropicError::EdgeLength(_) => WithinError::Edges(distance),
-            IsotropicError::Cancelled => WithinError::Cancelled,
+            IsotropicError::Cancelled(cancelled) => cancelled.into(),
         })?;
-        let measured = measure(mesh, &found, sampling)?;
-        Ok::<_, WithinError>((measured.hausdorff <= distance).then_some((found, edge_length, measured)))
+        let of_found = measured(mesh, &found, sampling, progress)?;
+        Ok::<_, WithinError>((of_found.hausdorff <= distance).then_some((found, edge_length, of_found)))
     };
     let mut length = (LONGEST * mesh.bounds().diagonal()).min(options.edge_length);
     let mut too_long = None;
@@ -123,6 +120,18 @@ pub fn remesh_within(
         }
     }
     Ok(best)
+}
+
+fn measured(
+    mesh: &ManifoldMesh,
+    found: &ManifoldMesh,
+    sampling: &MeasureOptions,
+    progress: &dyn Progress,
+) -> Result<Measurement, WithinError> {
+    measure_with(mesh, found, sampling, progress).map_err(|error| match error {
+        MeasureError::Cancelled(cancelled) => cancelled.into(),
+        error => WithinError::Measure(error),
+    })
 }
 
 fn check(distance: f64) -> Result<(), WithinError> {

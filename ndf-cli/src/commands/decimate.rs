@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let seconds = started.elapsed().as_secs_f64();
     let scalars = carried_scalars(mesh, &mended_scalars(&file, &mended), found.mesh.positions());
     context.write_mesh(output, &found.mesh, &scalars)?;
-    let (mut json, rows) = told(&found.mesh, &distances, seconds)?;
+    let (mut json, rows) = told(&found.mesh, &distances, seconds, context)?;
     json["faces_before"] = mesh.face_count().into();
     json["reached"] = found.reached.into();
     json["area_left_out"] = mended.area_left_out.into();

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
                 let failure = Failure::new(format!("{}: {error}", input.display()));
                 match error {
                     IsotropicError::EdgeLength(_) => failure.try_instead("ask for longer edges"),
-                    IsotropicError::Cancelled => failure,
+                    IsotropicError::Cancelled(cancelled) => Failure::new(cancelled.to_string()),
                 }
             })?;
             let distances = measured(input, mesh, &found, context)?;
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let seconds = started.elapsed().as_secs_f64();
     let scalars = carried_scalars(mesh, &mended_scalars(&file, &mended), found.positions());
     context.write_mesh(output, &found, &scalars)?;
-    let (mut json, mut rows) = told(&found, &distances, seconds)?;
+    let (mut json, mut rows) = told(&found, &distances, seconds, context)?;
     json["faces_before"] = mesh.face_count().into();
     json["target_edge_length"] = edge_length.into();
     json["area_left_out"] = mended.area_left_out.into();

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         write_map(map, &mended.origins)
             .map_err(|e| Failure::new(format!("cannot write {}: {e}", map.display())))?;
     }
-    let figures = ExtractionFigures::of(&mended.mesh, None);
+    let figures = ExtractionFigures::of(&mended.mesh, None, &context.progress())?;
     let mut json = serde_json::to_value(&figures)?;
     json["seconds"] = seconds.into();
     json["vertices_before"] = file.mesh.vertex_count().into();
