@@ -8,7 +8,7 @@ use ndf::{
     Alignment, DVec3, DistanceOptions, EdgeLength, HeatOptions, InitialHeat, Place, Triangulated, Vertex,
 };
 use ndf_cli::drawn::usual_up;
-use ndf_cli::render::{Camera, ColourMap, Scene, Style, View, png_bytes, render, upright, with_tubes};
+use ndf_cli::render::{Camera, ColourMap, Scene, Style, View, png_bytes, render, upright, with_open_tubes};
 use ndf_core::NoProgress;
 use ndf_mesh::TriangleMesh;
 use ndf_mesh::io::Lines;
@@ -33,8 +33,8 @@ const PICTURE: (usize, usize) = (300, 240);
 /// Stripes along the diagonal.
 const STRIPES: f64 = 30.0;
 /// Vectors that are drawn, their lengths and the radius of their lines, in shares of the diagonal.
-const VECTORS: usize = 700;
-const VECTOR: (f64, f64) = (0.016, 0.0016);
+const VECTORS: usize = 1500;
+const VECTOR: (f64, f64) = (0.014, 0.002);
 /// What is drawn last.
 const LAST: &str = "transport";
 
@@ -135,7 +135,7 @@ fn drawn(setup: &Setup, shape: &Shape) -> Result<Vec<Picture>, String> {
     for mode in MODES {
         draw(&format!("mode {mode}"), seconds, Drawing::Scalar(&modes[mode].values))?;
     }
-    let source = Vertex(0);
+    let source = nearest(mesh, Camera::framing(mesh.positions(), view, PICTURE.0, PICTURE.1).eye());
     let options = DistanceOptions::default();
     let (seconds, distances) = timed(|| surface.distances(&[Place::Vertex(source)], &options, &NoProgress));
     draw("distance", seconds, Drawing::Scalar(&distances.map_err(|e| e.to_string())?.scalars().values))?;
@@ -158,6 +158,12 @@ fn drawn(setup: &Setup, shape: &Shape) -> Result<Vec<Picture>, String> {
     Ok(pictures)
 }
 
+/// The vertex nearest to a point, as to the eye that looks at it.
+fn nearest(mesh: &TriangleMesh, point: DVec3) -> Vertex {
+    let distances = mesh.positions().iter().map(|p| p.distance(point)).enumerate();
+    Vertex::new(distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(v, _)| v))
+}
+
 /// What a picture shows of a surface.
 enum Drawing<'a> {
     /// A value at every vertex.
@@ -174,7 +180,7 @@ impl Drawing<'_> {
             Self::Scalar(values) => Scene::new(mesh).painted(values, ColourMap::of(values)),
             Self::Vectors(vectors, sides) => {
                 let radius = VECTOR.1 * mesh.bounds().diagonal();
-                with_lines = with_tubes(mesh.clone(), &lines(mesh, vectors, sides), radius);
+                with_lines = with_open_tubes(mesh.clone(), &lines(mesh, vectors, sides), radius);
                 Scene::new(&with_lines).with_lines_from(mesh.face_count())
             }
         };

@@ -22,7 +22,7 @@ pub use export::{exr_bytes, png_bytes};
 pub use legend::{strip_width, with_legend};
 pub use ndf_mesh::colour_map::{ColourMap, Legend};
 pub use points::{MAX_POINTS, discs};
-pub use tubes::with_tubes;
+pub use tubes::{with_open_tubes, with_tubes};
 pub use upright::upright;
 
 use ndf_core::{DVec3, Progress};

@@ -11,11 +11,22 @@ const BALL: f64 = 2.6;
 
 /// A mesh with a tube for every segment and a ball at every end of a line, after its own vertices and faces.
 pub fn with_tubes(mesh: TriangleMesh, lines: &Lines, radius: f64) -> TriangleMesh {
-    let (mut positions, mut faces) = mesh.into_parts();
+    let (mut positions, mut faces) = with_open_tubes(mesh, lines, radius).into_parts();
     let mut degrees = vec![0; lines.points.len()];
+    lines.segments.iter().flatten().for_each(|&v| degrees[v as usize] += 1);
+    let ball = shapes::icosphere(2);
+    for (&center, _) in lines.points.iter().zip(&degrees).filter(|(_, degree)| **degree == 1) {
+        let first = positions.len() as u32;
+        positions.extend(ball.positions().iter().map(|&p| center + BALL * radius * p));
+        faces.extend(ball.faces().iter().map(|face| face.map(|v| first + v)));
+    }
+    TriangleMesh::new(positions, faces).expect("corners are numbered as they come")
+}
+
+/// A mesh with a tube for every segment, after its own vertices and faces: for lines that are many and short.
+pub fn with_open_tubes(mesh: TriangleMesh, lines: &Lines, radius: f64) -> TriangleMesh {
+    let (mut positions, mut faces) = mesh.into_parts();
     for &[a, b] in &lines.segments {
-        degrees[a as usize] += 1;
-        degrees[b as usize] += 1;
         let [a, b] = [a, b].map(|v| lines.points[v as usize]);
         let Some(axis) = (b - a).try_normalize() else { continue };
         let (across, along) = axis.any_orthonormal_pair();
@@ -28,12 +39,6 @@ pub fn with_tubes(mesh: TriangleMesh, lines: &Lines, radius: f64) -> TriangleMes
             let [here, next] = [k, (k + 1) % SIDES].map(|k| first + 2 * k);
             faces.extend([[here, next, next + 1], [here, next + 1, here + 1]]);
         }
-    }
-    let ball = shapes::icosphere(2);
-    for (&center, _) in lines.points.iter().zip(&degrees).filter(|(_, degree)| **degree == 1) {
-        let first = positions.len() as u32;
-        positions.extend(ball.positions().iter().map(|&p| center + BALL * radius * p));
-        faces.extend(ball.faces().iter().map(|face| face.map(|v| first + v)));
     }
     TriangleMesh::new(positions, faces).expect("corners are numbered as they come")
 }
