@@ -40,7 +40,7 @@ def remesh(
     ------
     NdfError
         If the mesh cannot be repaired to a manifold, the length is not positive, or ``intrinsic`` edges would join two
-        vertices twice or need more than ten million vertices.
+        vertices twice or need some ten million vertices or more.
     NdfWarning
         If something was repaired: of vertices that are not finite the faces are left out.
 
