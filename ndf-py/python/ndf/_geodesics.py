@@ -59,6 +59,9 @@ class GeodesicSolver:
     ------
     NdfError
         If an edge has three faces, or the arrays are no mesh.
+
+    Warns
+    -----
     NdfWarning
         If something was repaired: faces left out, vertices in one place joined.
     """
@@ -133,6 +136,9 @@ def geodesic_distance(
     ------
     NdfError
         If an edge has three faces, or a source is not on the mesh.
+
+    Warns
+    -----
     NdfWarning
         If something was repaired: faces left out, vertices in one place joined.
 

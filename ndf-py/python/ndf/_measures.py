@@ -53,8 +53,9 @@ def info(vertices: Any, faces: Any = None) -> dict[str, Any]:
 @takes_meshes
 def winding_number(vertices: Any, faces: Any = None, points: ArrayLike | None = None) -> Floats:
     """How often the mesh winds around each of ``points`` ``(k, 3)``: ``(k,)``, 1 inside and 0 outside where it is closed and
-    oriented outward, in between where it has holes; nan at points that are not finite. Faces with a corner that is not finite are left out, which a
-    warning says.
+    oriented outward, in between where it has holes; nan at points that are not finite.
+
+    Faces with a corner that is not finite are left out, which a warning says.
 
     Source: Barill et al. (2018).
     """

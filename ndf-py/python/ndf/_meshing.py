@@ -41,6 +41,9 @@ def remesh(
     NdfError
         If the mesh cannot be repaired to a manifold, the length is not positive, or ``intrinsic`` edges would join two
         vertices twice or need some ten million vertices or more.
+
+    Warns
+    -----
     NdfWarning
         If something was repaired: of vertices that are not finite the faces are left out.
 
