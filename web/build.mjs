@@ -23,7 +23,6 @@ const bundling = {
   target: ['chrome109', 'firefox113', 'safari16.4'],
   legalComments: 'none',
   write: false,
-  external: ['node:fs/promises'],
   // The page hands the WebAssembly and the Worker over; nothing lies beside it.
   define: { 'import.meta.url': '""', process: 'undefined' },
   logLevel: 'warning',
@@ -80,6 +79,8 @@ function library() {
   for (const file of ['ndf_web.js', 'ndf_web.d.ts', 'ndf_web_bg.wasm']) {
     cpSync(path('src/wasm', file), path('lib/wasm', basename(file)));
   }
+  // Three.js, as a peer, is not in the package, and so neither is its licence.
+  for (const licence of ['LICENSE-APACHE', 'LICENSE-MIT']) cpSync(path('..', licence), path(licence));
 }
 
 const [what] = process.argv.slice(2);

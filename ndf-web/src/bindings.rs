@@ -33,10 +33,12 @@ pub struct Modes {
 
 #[wasm_bindgen]
 impl Surface {
-    /// Opens a model or a mesh.
+    /// Opens a model or a mesh. The first mesh of a model has the default edge length, or edges as long as the base mesh's: a
+    /// sixteenth of the faces.
     #[wasm_bindgen(constructor)]
-    pub fn new(bytes: &[u8], name: &str) -> Result<Self, JsError> {
-        Ok(Self(surface::Surface::open(bytes, name)?))
+    pub fn new(bytes: &[u8], name: &str, is_coarse: bool) -> Result<Self, JsError> {
+        let first = if is_coarse { EdgeLength::OfBase(1.0) } else { EdgeLength::default() };
+        Ok(Self(surface::Surface::open_with(bytes, name, first)?))
     }
 
     /// What was opened, as JSON.

@@ -18,6 +18,8 @@ pub struct Description {
     pub default_edge_length: Option<f64>,
     /// The mean length of the edges of a model's base mesh.
     pub base_edge_length: Option<f64>,
+    /// About the shortest edges with which a mesh of a model can be extracted, estimated from the mesh that is computed on.
+    pub min_edge_length: Option<f64>,
     /// An edge length in the units of the file is this many times the one in the box [-1.5, 1.5]³ of a model.
     pub scale: Option<f64>,
     /// What lengths of geodesics are multiplied by, where a model carries the metric of what it was learned from.

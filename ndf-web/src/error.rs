@@ -1,6 +1,7 @@
 //! What can go wrong.
 
 use ndf::DistanceError;
+use ndf::text::{grouped, readable};
 use ndf_mesh::io::gltf::NotGlb;
 use ndf_mesh::io::{ReadError, WriteError};
 use ndf_spectral::SpectralError;
@@ -35,12 +36,34 @@ pub enum SurfaceError {
         /// The file.
         name: String,
     },
-    /// The edge length asks for too much, or the field is not finite.
+    /// The edge length asks for more triangles than memory holds.
+    #[error(
+        "this edge length needs more than {} triangles; the shortest possible is about {}",
+        grouped(*max_faces),
+        readable(*shortest)
+    )]
+    TooFine {
+        /// How many triangles are extracted at most.
+        max_faces: usize,
+        /// About the shortest edge length, in the unit that was asked in.
+        shortest: f64,
+    },
+    /// The edge length is no positive number, or the field is not finite.
     #[error(transparent)]
     Extraction(#[from] ndf::ExtractionError),
     /// There are no distances or paths.
     #[error(transparent)]
     Distances(#[from] DistanceError),
+    /// The modes would fill the memory.
+    #[error("{} modes of {} vertices do not fit into memory; at most {} do", grouped(*asked), grouped(*vertices), grouped(*most))]
+    TooManyModes {
+        /// How many were asked for.
+        asked: usize,
+        /// The vertices at which they have values.
+        vertices: usize,
+        /// How many there can be.
+        most: usize,
+    },
     /// There are no modes.
     #[error(transparent)]
     Spectrum(#[from] SpectralError),

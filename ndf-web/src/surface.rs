@@ -5,8 +5,8 @@ use std::path::Path as FilePath;
 
 use ndf::figures::ExtractionFigures;
 use ndf::{
-    DistanceOptions, DistanceSolver, EdgeLength, Model, ModelExt, NoProgress, Place, RepairOptions,
-    TriangleMesh, Triangulated, Vertex, stored_scalars,
+    DistanceOptions, DistanceSolver, EdgeLength, ExtractionError, MAX_FACES, Model, ModelExt, NoProgress,
+    Place, RepairOptions, TriangleMesh, Triangulated, Vertex, stored_scalars,
 };
 use ndf_mesh::io::gltf::{GlbOptions, to_glb};
 use ndf_mesh::io::{Positions, VertexScalars, parse_mesh, to_ply};
@@ -15,6 +15,10 @@ use serde_json::Value;
 
 use crate::description::{Description, Range, lengths};
 use crate::error::SurfaceError;
+
+/// More values of modes at vertices than this are refused: with what it takes to find them, they would fill the memory of
+/// WebAssembly.
+const MAX_MODE_VALUES: usize = 1 << 26;
 
 /// A model or a mesh that was opened, and the mesh that is computed on: that of the file, or the one that was last extracted.
 pub struct Surface {
@@ -31,6 +35,8 @@ struct Shown {
     scalars: Vec<VertexScalars>,
     /// What an extraction promised of it.
     report: Option<ndf::ExtractionReport>,
+    /// About the shortest edges that can be had, in the units of the file.
+    min_edge_length: Option<f64>,
     /// Made for the first distances.
     solver: Option<DistanceSolver<'static>>,
     /// The modes that were found last.
@@ -48,15 +54,16 @@ pub struct Path {
 
 impl Shown {
     fn new(triangulated: Triangulated, scalars: Vec<VertexScalars>) -> Self {
-        Self { triangulated, scalars, report: None, solver: None, modes: None }
+        Self { triangulated, scalars, report: None, min_edge_length: None, solver: None, modes: None }
     }
 
     /// A mesh of a model, with the model's scalars.
-    fn of(model: &Model, length: EdgeLength) -> Result<Self, ndf::ExtractionError> {
+    fn of(model: &Model, length: EdgeLength) -> Result<Self, ExtractionError> {
         let found = model.extract_with(length, &NoProgress)?;
         let scalars = stored_scalars(model, &found);
+        let min_edge_length = Some(found.min_edge_length(MAX_FACES));
         let triangulated = Triangulated::from_extracted(model, found.mesh, length);
-        Ok(Self { report: Some(found.report), ..Self::new(triangulated, scalars) })
+        Ok(Self { report: Some(found.report), min_edge_length, ..Self::new(triangulated, scalars) })
     }
 }
 
@@ -67,11 +74,19 @@ impl Surface {
     /// # Errors
     /// If it is damaged, or neither.
     pub fn open(bytes: &[u8], name: &str) -> Result<Self, SurfaceError> {
+        Self::open_with(bytes, name, EdgeLength::default())
+    }
+
+    /// As [`open`](Self::open), with another edge length of a model's first mesh.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), and as [`extract`](Self::extract).
+    pub fn open_with(bytes: &[u8], name: &str, first: EdgeLength) -> Result<Self, SurfaceError> {
         let (name, count) = (name.to_owned(), bytes.len());
         if Model::is_model(bytes) {
             let model = Model::from_bytes(bytes)
                 .map_err(|source| SurfaceError::Model { name: name.clone(), source })?;
-            let mesh = Shown::of(&model, EdgeLength::default())?;
+            let mesh = Shown::of(&model, first)?;
             return Ok(Self { name, bytes: count, model: Some(model), mesh });
         }
         let mut file = parse_mesh(bytes, FilePath::new(&name))?;
@@ -86,13 +101,14 @@ impl Surface {
     /// What was opened. O(n).
     pub fn describe(&self) -> Description {
         let lengths = self.model.as_ref().map(lengths);
-        let Shown { triangulated, scalars, .. } = &self.mesh;
+        let Shown { triangulated, scalars, min_edge_length, .. } = &self.mesh;
         Description {
             name: self.name.clone(),
             kind: if self.model.is_some() { "model" } else { "mesh" },
             bytes: self.bytes,
             default_edge_length: lengths.map(|[default, ..]| default),
             base_edge_length: lengths.map(|[_, base, _]| base),
+            min_edge_length: *min_edge_length,
             scale: lengths.map(|[.., scale]| scale),
             distance_factor: triangulated.factors.map(|factors| factors.distances),
             scalars: scalars.iter().map(Range::of).filter(|range| range.min <= range.max).collect(),
@@ -106,7 +122,15 @@ impl Surface {
     /// If this is a mesh, or the length is not positive or asks for too many faces; then the mesh stays as it was.
     pub fn extract(&mut self, length: EdgeLength) -> Result<(), SurfaceError> {
         let no_model = || SurfaceError::NoModel { name: self.name.clone() };
-        self.mesh = Shown::of(self.model.as_ref().ok_or_else(no_model)?, length)?;
+        let model = self.model.as_ref().ok_or_else(no_model)?;
+        self.mesh = Shown::of(model, length).map_err(|error| match (error, self.mesh.min_edge_length) {
+            (ExtractionError::TooManyFaces(max_faces), Some(shortest)) => {
+                let in_box = matches!(length, EdgeLength::Relative(_));
+                let unit = if in_box { model.similarity.length_to_world(1.0) } else { 1.0 };
+                SurfaceError::TooFine { max_faces, shortest: shortest / unit }
+            }
+            (error, _) => error.into(),
+        })?;
         Ok(())
     }
 
@@ -169,9 +193,14 @@ impl Surface {
     /// `ndf spectrum` has them.
     ///
     /// # Errors
-    /// If there are not as many vertices, or the modes do not converge.
+    /// If there are not as many vertices, memory does not hold the modes, or they do not converge.
     pub fn modes(&mut self, count: usize) -> Result<(Vec<f64>, Vec<f32>), SurfaceError> {
         let Shown { triangulated, modes, .. } = &mut self.mesh;
+        let vertices = triangulated.mesh().vertex_count();
+        let most = MAX_MODE_VALUES / vertices.max(1);
+        if count <= vertices && count > most {
+            return Err(SurfaceError::TooManyModes { asked: count, vertices, most });
+        }
         let found = match modes.take() {
             Some(found) if found.len() == count => found,
             _ => triangulated.modes(&ModeOptions { count, ..ModeOptions::default() }, &NoProgress)?,

@@ -70,10 +70,34 @@ fn scalars_follow_the_mesh_and_go_into_files() {
 }
 
 #[test]
+fn the_shortest_edges_are_foretold() {
+    let mut surface = Surface::open_with(LEVELS, "a.ndf", EdgeLength::OfBase(0.5)).unwrap();
+    let shortest = surface.describe().min_edge_length.unwrap();
+    let error = surface.extract(EdgeLength::World(1e-3 * shortest)).unwrap_err();
+    assert!(matches!(error, SurfaceError::TooFine { shortest: told, .. } if told == shortest), "{error}");
+    let unit = surface.describe().scale.unwrap();
+    let error = surface.extract(EdgeLength::Relative(1e-3 * shortest / unit)).unwrap_err();
+    assert!(
+        matches!(error, SurfaceError::TooFine { shortest: told, .. } if told == shortest / unit),
+        "{error}"
+    );
+}
+
+#[test]
+fn modes_that_fill_the_memory_are_refused() {
+    let mut surface = Surface::open_with(LEVELS, "a.ndf", EdgeLength::OfBase(0.1)).unwrap();
+    let vertices = surface.mesh().vertex_count();
+    assert!(vertices > 1 << 13, "{vertices}");
+    assert!(matches!(surface.modes(vertices), Err(SurfaceError::TooManyModes { .. })));
+    assert!(matches!(surface.modes(vertices + 1), Err(SurfaceError::Spectrum(_))));
+}
+
+#[test]
 fn what_is_wrong_is_said_and_changes_nothing() {
     let mut surface = Surface::open(LEVELS, "a.ndf").unwrap();
     let before = surface.mesh().clone();
-    assert!(matches!(surface.extract(EdgeLength::World(-1.0)), Err(SurfaceError::Extraction(_))));
+    let error = surface.extract(EdgeLength::World(-1.0)).unwrap_err();
+    assert!(error.to_string().ends_with("not -1"), "{error}");
     assert_eq!(*surface.mesh(), before);
     assert!(matches!(surface.distances(u32::MAX), Err(SurfaceError::Distances(_))));
     assert!(matches!(Surface::open(&LEVELS[..100], "a.ndf"), Err(SurfaceError::Model { .. })));

@@ -53,7 +53,7 @@ pub use error::Error;
 pub use files::{begins_as_model, read_mesh, read_model};
 pub use fit::{Field, Fit, FitError, Fitted, Record};
 pub use kind::{Kind, UnknownKind};
-pub use model::{EdgeLength, Extracted, ModelExt};
+pub use model::{EdgeLength, Extracted, MAX_FACES, MAX_FACES_32_BIT, ModelExt};
 pub use note::{NotDecimated, Note};
 pub use open::{OpenError, OpenOptions, describe, open, open_bytes, open_cloud, open_mesh, open_with};
 pub use opened::{BaseSource, Level, LevelRule, NoReference, Opened};

@@ -7,9 +7,12 @@ use ndf_mesh::quality::Spread;
 use ndf_mesh::{FacePoint, ManifoldMesh};
 use ndf_model::{Model, Similarity};
 
-/// More triangles than this are refused: their file would have over a gigabyte. Where addresses have 32 bits, memory ends
-/// earlier.
-const MAX_FACES: usize = if cfg!(target_pointer_width = "32") { 4_000_000 } else { 50_000_000 };
+/// More triangles than this are not extracted: their file would have over a gigabyte. Where addresses have 32 bits, memory
+/// ends earlier.
+pub const MAX_FACES: usize = if cfg!(target_pointer_width = "32") { MAX_FACES_32_BIT } else { 50_000_000 };
+
+/// [`MAX_FACES`] where addresses have 32 bits, as in WebAssembly.
+pub const MAX_FACES_32_BIT: usize = 4_000_000;
 
 /// How long the edges of an extracted mesh should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +49,19 @@ impl EdgeLength {
             _ => model.similarity.length_to_world(self.relative(model)),
         }
     }
+
+    /// The number as it was given, which is what messages repeat.
+    fn given(self) -> f64 {
+        match self {
+            Self::World(number) | Self::Relative(number) | Self::OfBase(number) => number,
+        }
+    }
+
+    /// What to extract from a model, and what is wrong with it in the unit that was given.
+    fn in_box(self, model: &Model) -> Result<f64, ExtractionError> {
+        let is_length = self.given().is_finite() && self.given() > 0.0;
+        if is_length { Ok(self.relative(model)) } else { Err(ExtractionError::EdgeLength(self.given())) }
+    }
 }
 
 /// The mean length of the edges of a mesh, each counted once for every face it has.
@@ -67,6 +83,19 @@ pub struct Extracted {
     pub origins: Vec<FacePoint>,
     /// What is true of it.
     pub report: ExtractionReport,
+}
+
+impl Extracted {
+    /// About how many faces the surface's mesh has with edges of another length, in the units of the input: they grow as the
+    /// square of the fineness.
+    pub fn foretold_faces(&self, edge_length: f64) -> f64 {
+        self.mesh.face_count() as f64 * (self.report.target_edge_length / edge_length).powi(2)
+    }
+
+    /// About the shortest edges with which a mesh of the surface has at most so many faces, in the units of the input.
+    pub fn min_edge_length(&self, max_faces: usize) -> f64 {
+        self.report.target_edge_length * (self.mesh.face_count() as f64 / max_faces as f64).sqrt()
+    }
 }
 
 /// Abilities of a [`Model`] in the units of its input.
@@ -109,10 +138,9 @@ impl ModelExt for Model {
         edge_length: EdgeLength,
         progress: &dyn Progress,
     ) -> Result<Extracted, ExtractionError> {
-        let length = edge_length.relative(self);
+        let length = edge_length.in_box(self)?;
         let options = ExtractionOptions { max_faces: MAX_FACES, ..ExtractionOptions::new(length) };
-        let Extraction { mesh, origins, mut report, .. } =
-            extract(&self.field, &options, progress).map_err(|error| as_given(error, edge_length))?;
+        let Extraction { mesh, origins, mut report, .. } = extract(&self.field, &options, progress)?;
         let Spread { min, mean, max } = &mut report.edge_length;
         for length in [min, mean, max, &mut report.target_edge_length, &mut report.mollification.added] {
             *length = self.similarity.length_to_world(*length);
@@ -125,23 +153,13 @@ impl ModelExt for Model {
         edge_length: EdgeLength,
         progress: &dyn Progress,
     ) -> Result<ManifoldMesh, ExtractionError> {
-        let length = edge_length.relative(self);
-        let found = tessellate(&self.field, length, MAX_FACES, progress)
-            .map_err(|error| as_given(error, edge_length))?;
+        let length = edge_length.in_box(self)?;
+        let found = tessellate(&self.field, length, MAX_FACES, progress)?;
         Ok(to_world(&found.mesh, &self.similarity))
     }
 
     fn base_in_world(&self) -> ManifoldMesh {
         to_world(self.field.base(), &self.similarity)
-    }
-}
-
-/// The error with the number that was given, rather than the one in the box.
-fn as_given(error: ExtractionError, given: EdgeLength) -> ExtractionError {
-    let (EdgeLength::World(length) | EdgeLength::Relative(length) | EdgeLength::OfBase(length)) = given;
-    match error {
-        ExtractionError::EdgeLength(_) => ExtractionError::EdgeLength(length),
-        other => other,
     }
 }
 
@@ -153,15 +171,34 @@ pub(crate) fn to_world(mesh: &ManifoldMesh, similarity: &Similarity) -> Manifold
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndf_core::DVec3;
+    use ndf_mesh::shapes;
+    use ndf_model::{DisplacementField, FieldShape};
+
+    /// An icosphere, a hundred times as large as the box.
+    fn large() -> Model {
+        let base = ManifoldMesh::try_from(shapes::icosphere(2)).unwrap();
+        let field = DisplacementField::untrained(base, FieldShape::default(), 1).unwrap();
+        let similarity = Similarity::new(0.01, DVec3::ZERO).unwrap();
+        Model { field, similarity, metric: None, scalars: Vec::new(), provenance: String::new() }
+    }
 
     #[test]
-    fn lengths_that_are_refused_are_those_that_were_given() {
-        for length in [-2.0, 0.0, f64::NAN] {
-            let given = [EdgeLength::World(length), EdgeLength::Relative(length), EdgeLength::OfBase(length)];
-            for given in given {
-                let error = as_given(ExtractionError::EdgeLength(7.0), given);
-                assert!(matches!(error, ExtractionError::EdgeLength(x) if x.to_bits() == length.to_bits()));
-            }
+    fn lengths_that_are_none_are_told_as_they_were_given() {
+        let model = large();
+        for length in [EdgeLength::World(-7.0), EdgeLength::Relative(-7.0), EdgeLength::OfBase(-7.0)] {
+            assert_eq!(model.extract(length).unwrap_err(), ExtractionError::EdgeLength(-7.0));
+            assert_eq!(model.tessellate(length, &NoProgress).unwrap_err(), ExtractionError::EdgeLength(-7.0));
         }
+    }
+
+    #[test]
+    fn faces_are_foretold() {
+        let coarse = large().extract(EdgeLength::Relative(0.2)).unwrap();
+        let fine = large().extract(EdgeLength::Relative(0.05)).unwrap();
+        let ratio = coarse.foretold_faces(5.0) / fine.mesh.face_count() as f64;
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+        let shortest = fine.min_edge_length(1000);
+        assert!((fine.foretold_faces(shortest) - 1000.0).abs() < 1e-6);
     }
 }

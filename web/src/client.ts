@@ -1,10 +1,10 @@
 import type { Method, Opening, Request, Response, Result } from './protocol.js';
 import type {
-  Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report, Triangles,
+  Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, OpenOptions, Report, Triangles,
 } from './types.js';
 
-/** How a Worker is come by. */
-export interface WorkerOptions {
+/** How a Worker is come by, and what it opens first. */
+export interface WorkerOptions extends OpenOptions {
   /** Makes the Worker; by default from the file beside this module. */
   worker?: () => Worker;
   /** The compiled WebAssembly; by default the Worker loads the file beside it. */
@@ -77,7 +77,8 @@ export class WorkerSurface {
       else this.#restart(error);
     };
     worker.onerror = (event) => this.#end(new Error(event.message || 'the Worker could not be started'));
-    const open = { ...this.#opened, wasm: this.#options.wasm, extraction: this.#extraction };
+    const { wasm, coarse = false } = this.#options;
+    const open = { ...this.#opened, wasm, options: { coarse }, extraction: this.#extraction };
     this.#opening = this.#send({ open }) as Promise<Description>;
     // Whoever calls a method hears of it there.
     this.#opening.catch(() => undefined);

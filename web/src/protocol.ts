@@ -1,4 +1,5 @@
 import type { Surface } from './surface.js';
+import type { OpenOptions } from './types.js';
 
 /** The methods of a surface that a Worker answers. */
 export type Method = 'describe' | 'extract' | 'mesh' | 'positions' | 'report' | 'geodesic' | 'path' | 'modes' | 'scalar' | 'file';
@@ -8,6 +9,7 @@ export interface Opening {
   wasm: WebAssembly.Module | undefined;
   bytes: Uint8Array;
   name: string;
+  options: OpenOptions;
   /** How the mesh that is computed on was extracted, where another Worker did that. */
   extraction: Parameters<Surface['extract']> | undefined;
 }

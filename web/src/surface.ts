@@ -1,25 +1,16 @@
 import initialise, { Surface as Native } from './wasm/ndf_web.js';
+import { bytesOf, lengthOrNothing, text, whole } from './checks.js';
 import type {
-  Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report, Triangles, WasmSource,
+  Description, ExtractOptions, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, OpenOptions, Report, Triangles, WasmSource,
 } from './types.js';
 
 let ready: Promise<void> | undefined;
 
-/** Whether this is Node, where files are read and not fetched. */
-const isNode = typeof process !== 'undefined' && process.versions?.node !== undefined;
-
-/** The WebAssembly beside this module. */
-async function besideThis(): Promise<WasmSource> {
+/** The WebAssembly beside this module. In Node, where files are read and not fetched, no import says so to bundlers. */
+function besideThis(): WasmSource {
   const url = new URL('./wasm/ndf_web_bg.wasm', import.meta.url);
-  if (!isNode) return url;
-  const { readFile } = await import('node:fs/promises');
-  return readFile(url);
-}
-
-/** A whole number that is not negative; WebAssembly would cut others into one. */
-function whole(value: number, what: string): number {
-  if (Number.isInteger(value) && value >= 0 && value < 2 ** 32) return value;
-  throw new RangeError(`${what} should be a whole number, and is ${String(value)}`);
+  const isNode = typeof process !== 'undefined' && process.versions?.node !== undefined;
+  return isNode && url.protocol === 'file:' ? process.getBuiltinModule('node:fs').readFileSync(url) : url;
 }
 
 async function load(source: WasmSource | undefined): Promise<void> {
@@ -51,15 +42,15 @@ export class Surface {
   }
 
   /** Opens an `.ndf` model, or a mesh (OBJ, PLY, STL, OFF, glTF). The content decides; the name stands in messages. */
-  static async open(bytes: Uint8Array, name = 'the file'): Promise<Surface> {
+  static async open(bytes: Uint8Array, name = 'the file', options: OpenOptions = {}): Promise<Surface> {
     await init();
-    return Surface.openNow(bytes, name);
+    return Surface.openNow(bytes, name, options);
   }
 
   /** As {@link Surface.open}, after {@link init}. */
-  static openNow(bytes: Uint8Array, name = 'the file'): Surface {
+  static openNow(bytes: Uint8Array, name = 'the file', { coarse = false }: OpenOptions = {}): Surface {
     const started = performance.now();
-    const native = new Native(bytes, name);
+    const native = new Native(bytesOf(bytes), text(name, 'the name'), coarse);
     return new Surface(native, (performance.now() - started) / 1000);
   }
 
@@ -71,7 +62,7 @@ export class Surface {
   /** Extracts another mesh of a model: with the default edge length, or this one in the units of the file. */
   extract(edgeLength?: number, options: ExtractOptions = {}): Extracted {
     const started = performance.now();
-    this.#native.extract(edgeLength, options.relative ?? false);
+    this.#native.extract(lengthOrNothing(edgeLength), options.relative ?? false);
     this.#seconds = (performance.now() - started) / 1000;
     const mesh = this.mesh();
     const report = options.report === false
@@ -125,12 +116,12 @@ export class Surface {
 
   /** The values of a stored scalar at the vertices. */
   scalar(name: string): Float32Array {
-    return this.#native.scalar(name);
+    return this.#native.scalar(text(name, 'the name of a scalar'));
   }
 
   /** The mesh as a file, with its stored scalars and these. */
   file(format: FileFormat, further?: NamedValues): Uint8Array {
-    return this.#native.file(format, further?.name, further?.values ?? new Float32Array());
+    return this.#native.file(text(format, 'the format'), further?.name, further?.values ?? new Float32Array());
   }
 
   /** The mesh as binary glTF. */

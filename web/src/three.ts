@@ -52,12 +52,13 @@ export class NDFLoader extends Loader<BufferGeometry> {
 
   /** The geometry of a file; `init()` must have been awaited. */
   parse(data: ArrayBuffer, name = 'the file'): BufferGeometry {
-    const surface = Surface.openNow(new Uint8Array(data), name);
+    if (!data) throw new TypeError(`the file should be an ArrayBuffer, and is ${String(data)}`);
+    const isAsked = this.edgeLength !== undefined;
+    // What is not wanted need not be fine.
+    const surface = Surface.openNow(new Uint8Array(data), name, { coarse: isAsked });
     try {
+      if (isAsked && surface.describe().kind === 'model') surface.extract(this.edgeLength, { ...this.options, report: false });
       const description = surface.describe();
-      if (description.kind === 'model' && this.edgeLength !== undefined) {
-        surface.extract(this.edgeLength, { ...this.options, report: false });
-      }
       const { vertices, faces } = surface.mesh();
       const geometry = toGeometry(vertices, faces);
       for (const { name: scalar } of description.scalars) {

@@ -15,6 +15,8 @@ export interface Description {
   default_edge_length: number | null;
   /** The mean edge length of a model's base mesh. */
   base_edge_length: number | null;
+  /** About the shortest edges with which a mesh of a model can be extracted, estimated from the mesh that is computed on. */
+  min_edge_length: number | null;
   /** An edge length is this many times the one in the box [-1.5, 1.5]³ of a model. */
   scale: number | null;
   /** What lengths of geodesics are multiplied by, where a model carries the metric of what it was learned from. */
@@ -41,6 +43,12 @@ export interface Report {
   target_edge_length?: number;
   /** Seconds of the extraction. */
   seconds: number;
+}
+
+/** How a file is opened. */
+export interface OpenOptions {
+  /** Let the first mesh of a model be as coarse as its base mesh: it has a sixteenth of the faces, and is there sooner. */
+  coarse?: boolean;
 }
 
 /** How a model is extracted. */

@@ -1,5 +1,6 @@
 /** The element `<ndf-viewer>`. */
 
 export { COLORMAPS, type Colormap } from './viewer/colours.js';
-export { MODES, NdfViewer, type View, type ViewerEvents } from './viewer/element.js';
-export type { Up } from './viewer/stage.js';
+export { NdfViewer, type ViewerEvents } from './viewer/element.js';
+export { MODES, type View } from './viewer/looks.js';
+export { PICTURE_MARK, type Up } from './viewer/stage.js';

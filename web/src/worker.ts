@@ -1,5 +1,6 @@
 /** What runs in the Worker: one surface, whose methods are called one after the other. */
 
+import { messageOf } from './message.js';
 import type { Opening, Request, Response } from './protocol.js';
 import { Surface, init } from './surface.js';
 
@@ -22,11 +23,11 @@ function memory(value: unknown): Transferable[] {
 
 async function answer(request: Request): Promise<unknown> {
   if ('open' in request) {
-    const { wasm, bytes, name, extraction } = request.open;
+    const { wasm, bytes, name, options, extraction } = request.open;
     await init(wasm);
     surface?.free();
     surface = undefined;
-    surface = Surface.openNow(bytes, name);
+    surface = Surface.openNow(bytes, name, options);
     owed = extraction;
     return surface.describe();
   }
@@ -48,7 +49,7 @@ scope.onmessage = ({ data: request }) => {
       scope.postMessage({ id: request.id, result }, memory(result));
     } catch (error) {
       const isTrapped = error instanceof WebAssembly.RuntimeError;
-      const message = error instanceof Error ? error.message : String(error);
+      const message = messageOf(error);
       const told = isTrapped ? `the computation broke off, most likely because memory ran out (${message})` : message;
       scope.postMessage({ id: request.id, error: told, isTrapped }, []);
     }

@@ -1,6 +1,7 @@
 /** The npm package in Node, against the program. */
 
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { Surface, init } from 'ndf-geometry';
@@ -77,12 +78,25 @@ test('what is wrong is said', async () => {
   const damaged = readFileSync(golden('levels_version_3')).subarray(0, 200);
   await assert.rejects(Surface.open(damaged, 'damaged.ndf'), /damaged\.ndf: /);
   const surface = await Surface.open(readFileSync(golden('sphere_version_2')));
-  assert.throws(() => surface.extract(-1), /edge length/);
-  assert.throws(() => surface.extract(1e-9), /more than 4000000 triangles/);
+  const { scale, default_edge_length: usual } = surface.describe();
+  assert.notEqual(scale, 1);
+  // In the unit in which it was given.
+  for (const relative of [false, true]) assert.throws(() => surface.extract(-1.5, { relative }), /edge length .* not -1\.5/);
+  assert.throws(() => surface.extract(1e-9), /more than 4,000,000 triangles; the shortest possible is about \d/);
+  assert.throws(() => surface.extract('fine'), /edge length should be a number, and is "fine"/);
   assert.throws(() => surface.geodesic(4e9 >>> 0), /vertex/);
-  for (const wrong of [undefined, -1, 0.5, NaN]) assert.throws(() => surface.geodesic(wrong), RangeError);
-  assert.throws(() => surface.modes(2.5), RangeError);
+  for (const wrong of [undefined, null, '1', -1, 0.5, NaN, 1e12]) {
+    for (const call of [() => surface.geodesic(wrong), () => surface.path(0, wrong), () => surface.modes(wrong)]) {
+      assert.throws(call, /^(RangeError|TypeError): .* should be a whole number/);
+    }
+  }
+  assert.throws(() => surface.modes(1e9), /1000000000 modes requested, but the surface has only \d+ vertices/);
   assert.throws(() => surface.scalar('none'), /no scalar none/);
+  assert.throws(() => surface.scalar(), /the name of a scalar should be a text, and is undefined/);
+  assert.throws(() => surface.file(), /the format should be a text/);
+  assert.throws(() => surface.file('obj'), /ply and glb are/);
+  await assert.rejects(Surface.open(), /the file should be a Uint8Array, and is undefined/);
+  assert.throws(() => new NDFLoader().parse(), /the file should be an ArrayBuffer/);
   // And afterwards all goes on.
   assert.ok(surface.extract().report.faces > 0);
 });
@@ -95,6 +109,24 @@ test('the loader of three.js makes a geometry', async () => {
   assert.equal(geometry.getAttribute('position').count, vertices);
   assert.equal(geometry.index.count, 3 * faces);
   for (const { name } of geometry.userData.description.scalars) assert.equal(geometry.getAttribute(`_${name}`).count, vertices);
+});
+
+test('a surface that is opened coarsely is the same', async () => {
+  const bytes = readFileSync(golden('levels_version_3'));
+  const [coarse, usual] = [await Surface.open(bytes, 'a.ndf', { coarse: true }), await Surface.open(bytes, 'a.ndf')];
+  assert.ok(coarse.mesh().faces.length < usual.mesh().faces.length);
+  const [{ min_edge_length: estimated, ...ours }, { min_edge_length: known, ...theirs }] = [coarse.describe(), usual.describe()];
+  assert.deepEqual(ours, theirs);
+  assert.ok(estimated > 0.5 * known && estimated < 2 * known);
+  assert.deepEqual(coarse.extract(undefined, { report: false }).faces, usual.mesh().faces);
+});
+
+test('the package has its licences, and types of its element', () => {
+  const packed = execFileSync('npm', ['pack', '--dry-run', '--json', '--offline'], { cwd: new URL('..', import.meta.url), encoding: 'utf8' });
+  const files = JSON.parse(packed)[0].files.map(({ path }) => path);
+  for (const file of ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', 'lib/index.js', 'lib/worker.js']) assert.ok(files.includes(file), file);
+  const types = readFileSync(new URL('../lib/viewer/element.d.ts', import.meta.url), 'utf8');
+  assert.match(types, /interface HTMLElementTagNameMap \{\s*'ndf-viewer': NdfViewer/);
 });
 
 test('a scalar of the name of an attribute does not replace it', async () => {

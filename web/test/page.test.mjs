@@ -1,10 +1,11 @@
 /** The page of `ndf view` in Chromium, opened from the disk, against the program; and the element in a served page. */
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
 import { fileURLToPath, pathToFileURL } from 'node:url';
+import { build } from 'esbuild';
 import validator from 'gltf-validator';
 import { assertSameReport, browser, difference, folder, golden, ndf, readPly, tetrahedron } from './helpers.mjs';
 
@@ -66,7 +67,10 @@ function answer({ url }, response) {
   const types = { html: 'text/html', js: 'text/javascript', wasm: 'application/wasm' };
   const type = url === '/' ? 'text/html' : (types[url.split('.').pop()] ?? 'application/octet-stream');
   const contents = { '/': MODULE_PAGE, '/mesh.obj': tetrahedron };
-  const file = () => (url === '/model.ndf' ? model : fileURLToPath(new URL(`..${url}`, import.meta.url)));
+  const file = () => {
+    if (url === '/model.ndf') return model;
+    return url.startsWith('/bundled/') ? place(url.slice(1)) : fileURLToPath(new URL(`..${url}`, import.meta.url));
+  };
   response.writeHead(200, { 'content-type': type }).end(contents[url] ?? readFileSync(file()));
 }
 
@@ -325,6 +329,249 @@ test('without WebGL or WebAssembly there is a message', async () => {
     HTMLCanvasElement.prototype.getContext = () => null;
   };
   assert.match(await text(withoutWebGL), /WebGL 2/);
+  for (const viewport of [{ width: 1200, height: 800 }, { width: 360, height: 640 }]) {
+    const page = await opened(url, { viewport }, withoutWebGL);
+    await page.evaluate(() => window.ndf.then(() => undefined));
+    assert.ok(!(await page.locator('.toast').isVisible()), 'it is said twice');
+    const covering = await page.evaluate(() => {
+      const message = document.querySelector('ndf-viewer').shadowRoot.querySelector('.message');
+      const range = document.createRange();
+      range.selectNodeContents(message);
+      const { left, right, top, bottom } = range.getBoundingClientRect();
+      const isOver = (box) => box.left < right && box.right > left && box.top < bottom && box.bottom > top;
+      return ['header', '.panel', '.toast'].filter((part) => isOver(document.querySelector(part).getBoundingClientRect()));
+    });
+    assert.deepEqual(covering, []);
+    // What needs no picture is there nevertheless.
+    assert.ok((await report(page)).components > 0);
+  }
+});
+
+test('a picture that the graphics card lost is drawn again', async () => {
+  const page = await ready();
+  const same = await page.evaluate(async () => {
+    const { viewer } = await window.ndf;
+    await viewer.showDistances(0);
+    const canvas = viewer.shadowRoot.querySelector('canvas');
+    const context = canvas.getContext('webgl2');
+    // What was just drawn: it is there until the page is composed.
+    const pixels = () => {
+      const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+      context.readPixels(0, 0, canvas.width, canvas.height, context.RGBA, context.UNSIGNED_BYTE, bytes);
+      return bytes;
+    };
+    viewer.screenshot();
+    const before = pixels();
+    const extension = context.getExtension('WEBGL_lose_context');
+    const heard = (name) => new Promise((resolve) => canvas.addEventListener(name, resolve, { once: true }));
+    const lost = heard('webglcontextlost');
+    extension.loseContext();
+    await lost;
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    let after;
+    canvas.addEventListener('webglcontextrestored', () => (after = pixels()), { once: true });
+    const restored = heard('webglcontextrestored');
+    extension.restoreContext();
+    await restored;
+    if (before.every((byte) => byte === 0)) return false;
+    return before.length === after.length && before.every((byte, i) => Math.abs(byte - after[i]) <= 2);
+  });
+  assert.ok(same);
+});
+
+test('an edge length that memory does not hold is told, and the last mesh comes back', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    const { default_edge_length: usual } = await viewer.open(files.model, 'model.ndf');
+    const { report } = await viewer.setEdgeLength(0.7 * usual);
+    await viewer.showDistances(9);
+    const dragged = await viewer.setEdgeLength(8 * usual, { isFinal: false });
+    const { kind } = viewer.view;
+    const refused = await failure(viewer.setEdgeLength(1e-9));
+    const distances = await viewer.computing.geodesic(viewer.source);
+    return { report, dragged: dragged.report.vertices, kind, refused, now: viewer.report, source: viewer.source, distances: distances.length };
+  });
+  assert.ok(found.dragged < found.report.vertices);
+  assert.match(found.refused, /more than 4,000,000 triangles; the shortest possible is about \d/);
+  assert.deepEqual({ ...found.now, seconds: 0 }, { ...found.report, seconds: 0 });
+  // Distances stay while the edge length is dragged, and where they are from comes back, too.
+  assert.deepEqual([found.kind, found.source, found.distances], ['distance', 9, found.report.vertices]);
+});
+
+test('the slider ends where memory does, and says so', async () => {
+  const page = await ready();
+  assert.ok(!(await page.locator('#length-end').isVisible()));
+  const shortest = await page.evaluate(async () => {
+    const { viewer } = await window.ndf;
+    const { description } = viewer;
+    const shortest = description.base_edge_length / 5;
+    Object.defineProperty(viewer, 'description', { value: { ...description, min_edge_length: shortest } });
+    viewer.dispatchEvent(new CustomEvent('ndf-change'));
+    return shortest;
+  });
+  assert.match(await page.locator('#length-end').textContent(), /4 million faces/);
+  await page.locator('#length').focus();
+  await page.keyboard.press('End');
+  await until(page, async () => (await window.ndf).viewer.report.components !== undefined && !(await window.ndf).viewer.computing.isBusy);
+  const { target_edge_length: length } = await report(page);
+  assert.ok(length >= shortest && length < 1.2 * shortest, `${length} of ${shortest}`);
+});
+
+test('keys that come faster than meshes and modes are all counted', async () => {
+  const page = await ready();
+  const place = () => page.locator('#length').inputValue().then(Number);
+  const before = await place();
+  const pressed = (key, times) => page.evaluate(([key, times]) => {
+    for (let i = 0; i < times; i++) dispatchEvent(new KeyboardEvent('keydown', { key }));
+  }, [key, times]);
+  await pressed('[', 4);
+  await until(page, async () => (await window.ndf).viewer.report.components !== undefined && !(await window.ndf).viewer.computing.isBusy);
+  const after = await place();
+  assert.ok(Math.abs(after - before + 160) <= 2, `${before}, then ${after}`);
+  await page.keyboard.press('m');
+  await pressed('.', 4);
+  await until(page, async () => (await window.ndf).viewer.view.index === 5);
+  assert.equal(await page.locator('#mode-now').textContent(), '5');
+});
+
+test('the length of a path stands beside modes, too', async () => {
+  const page = await ready();
+  await page.keyboard.press('m');
+  await until(page, async () => (await window.ndf).viewer.view.kind === 'mode');
+  await page.evaluate(async () => void (await (await window.ndf).path(0, 50)));
+  assert.deepEqual(await shownView(page), { kind: 'mode', index: 1 });
+  assert.match(await page.locator('#path dd').innerText(), /\d/);
+});
+
+test('what is wrong with arguments is said, and a message goes once something succeeds', async () => {
+  const page = await ready();
+  const told = await page.evaluate(async () => {
+    const ndf = await window.ndf;
+    const failure = async (work) => {
+      try {
+        await work();
+        return 'nothing';
+      } catch (error) {
+        return `${error instanceof Error} ${error.message}`;
+      }
+    };
+    return Promise.all([
+      () => ndf.pick(), () => ndf.pick(1, NaN), () => ndf.geodesic(), () => ndf.path(0), () => ndf.setEdgeLength(),
+      () => ndf.extract('fine'), () => ndf.modes(), () => ndf.modes(1e12), () => ndf.modes(1e9), () => ndf.viewer.nearest(), () => ndf.viewer.showMode(),
+    ].map(failure));
+  });
+  for (const message of told) assert.match(message, /^true .*(should be a (whole )?number|modes requested, but)/);
+  await page.locator('#file').setInputFiles({ name: 'bad.ndf', mimeType: '', buffer: Buffer.from('nothing of use') });
+  await until(page, () => document.querySelector('.toast').textContent.includes('bad.ndf'));
+  assert.ok(await page.locator('.toast').isVisible());
+  await page.keyboard.press('d');
+  await until(page, async () => (await window.ndf).viewer.view.kind === 'distance');
+  assert.ok(!(await page.locator('.toast').isVisible()));
+});
+
+test('the help can be read on phones', async () => {
+  for (const viewport of [{ width: 390, height: 844 }, { width: 360, height: 640 }]) {
+    const page = await ready({ viewport, hasTouch: true, isMobile: true });
+    await page.evaluate(() => dispatchEvent(new KeyboardEvent('keydown', { key: '?' })));
+    const boxes = await page.evaluate(() => {
+      const dialog = document.querySelector('dialog');
+      const { left, right, top, bottom } = dialog.getBoundingClientRect();
+      const cut = [...dialog.querySelectorAll('td')].filter((cell) => cell.scrollWidth > cell.clientWidth).map((cell) => cell.textContent);
+      return { isInside: left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight, cut, wide: dialog.scrollWidth - dialog.clientWidth };
+    });
+    assert.deepEqual(boxes, { isInside: true, cut: [], wide: 0 });
+  }
+});
+
+test('attributes that are taken away, empty or wrong are as none', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    const settled = async () => {
+      await new Promise((resolve) => setTimeout(resolve, 20));
+      while (viewer.report.components === undefined || viewer.computing.isBusy) await new Promise((resolve) => setTimeout(resolve, 20));
+      return [viewer.report.target_edge_length, viewer.view.kind];
+    };
+    viewer.setAttribute('src', '/model.ndf');
+    viewer.setAttribute('source', '');
+    viewer.setAttribute('edge-length', 'fine');
+    document.body.append(viewer);
+    await viewer.ready;
+    const usual = viewer.description.default_edge_length;
+    const states = [await settled()];
+    for (const [name, value] of [['edge-length', String(0.8 * usual)], ['source', '3'], ['edge-length', ''], ['source', 'here'], ['source', '4'], ['source', null], ['edge-length', '-1']]) {
+      if (value === null) viewer.removeAttribute(name);
+      else viewer.setAttribute(name, value);
+      states.push(await settled());
+    }
+    viewer.removeAttribute('src');
+    const cleared = [viewer.description, viewer.report, viewer.bytes.length, viewer.message];
+    return { usual, states, told, cleared };
+  });
+  const { usual } = found;
+  assert.deepEqual(found.states, [
+    [usual, 'plain'], [0.8 * usual, 'plain'], [0.8 * usual, 'distance'], [usual, 'distance'], [usual, 'plain'], [usual, 'distance'], [usual, 'plain'], [usual, 'plain'],
+  ]);
+  assert.deepEqual(found.told, ['edge-length="fine"', 'source="here"', 'edge-length="-1"'].map((what) =>
+    `${what} is not ${what.startsWith('source') ? 'the number of a vertex' : 'a length'}, and is left out`));
+  assert.deepEqual(found.cleared, [undefined, undefined, 0, undefined]);
+});
+
+test('an element that is moved while another file is opened shows that file', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    await viewer.open(files.model, 'first.ndf');
+    const moved = () => document.body.prepend(viewer);
+    const opening = viewer.open(files.mesh, 'second.obj');
+    moved();
+    const { name } = await opening;
+    const names = [name, viewer.description.name];
+    const failing = failure(viewer.open(new Uint8Array([1, 2, 3]), 'bad.ndf'));
+    moved();
+    const refused = await failing;
+    await viewer.ready;
+    return { names, refused, now: viewer.description.name };
+  });
+  assert.deepEqual(found.names, ['second.obj', 'second.obj']);
+  assert.match(found.refused, /bad\.ndf/);
+  assert.equal(found.now, 'second.obj');
+});
+
+test('a coarse mesh is shown first', async () => {
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    document.body.append(viewer);
+    const faces = [];
+    viewer.addEventListener('ndf-change', () => faces.push(viewer.report.faces));
+    await viewer.open(files.model, 'model.ndf');
+    return faces;
+  });
+  assert.ok(found[0] < found.at(-1), String(found));
+});
+
+test('what esbuild makes of the package runs', async () => {
+  // Installed by a link, as npm would install it.
+  mkdirSync(place('node_modules'), { recursive: true });
+  symlinkSync(fileURLToPath(new URL('..', import.meta.url)), place('node_modules/ndf-geometry'), 'dir');
+  const entry = place('app.js');
+  writeFileSync(entry, "export * from 'ndf-geometry'; export { NDFLoader } from 'ndf-geometry/three'; import 'ndf-geometry/viewer';");
+  const { warnings } = await build({
+    entryPoints: { app: entry, worker: fileURLToPath(new URL('../lib/worker.js', import.meta.url)) },
+    nodePaths: [fileURLToPath(new URL('../node_modules', import.meta.url))],
+    bundle: true, format: 'esm', outdir: place('bundled'), logLevel: 'silent',
+  });
+  assert.deepEqual(warnings, []);
+  cpSync(new URL('../lib/wasm/ndf_web_bg.wasm', import.meta.url), place('bundled/wasm/ndf_web_bg.wasm'));
+  const page = await modules();
+  const found = await page.evaluate(async () => {
+    const { Surface, WorkerSurface, NDFLoader } = await import('/bundled/app.js');
+    const [here, there] = [await Surface.open(files.model), await WorkerSurface.open(files.model)];
+    const { index } = await new NDFLoader().loadAsync('/model.ndf');
+    return [here.mesh().faces.length, (await there.mesh()).faces.length, index.count];
+  });
+  assert.ok(found[0] > 0);
+  assert.deepEqual(found, Array(3).fill(found[0]));
 });
 
 test('a Worker that is started again computes on the mesh that is shown', async () => {
@@ -390,6 +637,7 @@ test('an element that is taken out and put back shows what it showed', async () 
     document.body.append(viewer);
     while (changes === 0) await new Promise((resolve) => setTimeout(resolve, 20));
     // A press of a key is heard once.
+    await viewer.ready;
     const [before, after] = [viewer.report.vertices, report.vertices];
     let asked = 0;
     viewer.addEventListener('ndf-busy', ({ detail }) => (asked += detail === 'measuring'));

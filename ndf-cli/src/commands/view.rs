@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use clap::Args;
-use ndf::{DVec3, ModelExt, begins_as_model};
+use ndf::text::readable;
+use ndf::{DVec3, MAX_FACES_32_BIT, Model, ModelExt, begins_as_model};
 use ndf_mesh::io::{Positions, VertexScalars, atomic_write, format_to_write, property_names, to_ply};
 use ndf_viewer::Input;
 use serde_json::json;
@@ -78,7 +79,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         return Err(failure.try_instead("give it a name"));
     }
     let shown = if begins_as_model(input) {
-        Shown::of_model(arguments)?
+        Shown::of_model(arguments, context)?
     } else {
         Shown::of_drawn(arguments, context)?
     };
@@ -110,7 +111,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         "scalars": shown.scalars,
     });
     let rows = [
-        ("shows", format!("a {} of {} bytes", shown.what, grouped(shown.bytes.len()))),
+        ("shows", format!("{} of {} bytes", with_article(shown.what), grouped(shown.bytes.len()))),
         ("page", format!("{} bytes", grouped(page.len()))),
     ];
     Ok(Outcome::new(json, format!("{path}: open it in a browser\n{}", table(&rows))))
@@ -123,7 +124,7 @@ impl Shown {
         self.in_page.get(number).map(String::as_str)
     }
 
-    fn of_model(arguments: &Arguments) -> Result<Self, Failure> {
+    fn of_model(arguments: &Arguments, context: &Context) -> Result<Self, Failure> {
         let path = &arguments.input;
         if arguments.source_vertex.is_some() {
             return Err(Failure::new(format!("{} is a model, and {}", path.display(), Sources::VERTICES)));
@@ -131,6 +132,7 @@ impl Shown {
         let model = read_model(path)?;
         let bytes =
             fs::read(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
+        fits_in_page(&model, arguments.edge_length, context)?;
         let channels = model.scalars.iter().flat_map(ndf_model::SurfaceScalars::channels);
         let scalars: Vec<String> = channels.map(|channel| channel.name.clone()).collect();
         Ok(Self {
@@ -181,6 +183,36 @@ impl Shown {
     }
 }
 
+/// Whether the page can extract a mesh with this edge length: WebAssembly holds fewer triangles than the program.
+fn fits_in_page(model: &Model, wanted: EdgeLength, context: &Context) -> Result<(), Failure> {
+    // Coarser than by default: that takes a moment, and is near enough.
+    let coarse = model.extract_with(ndf::EdgeLength::OfBase(0.5), &context.progress())?;
+    let length = wanted.get().unwrap_or_default().world(model);
+    let faces = coarse.foretold_faces(length);
+    if faces <= MAX_FACES_32_BIT as f64 {
+        return Ok(());
+    }
+    let failure = Failure::new(format!(
+        "the edge length {} makes about {} triangles, and a page in the browser holds {}",
+        readable(length),
+        if faces < 1e12 { grouped(faces as usize) } else { format!("{faces:.0e}") },
+        grouped(MAX_FACES_32_BIT)
+    ));
+    // A little longer: the number of triangles is an estimate.
+    let possible = readable(1.1 * coarse.min_edge_length(MAX_FACES_32_BIT));
+    Err(failure
+        .try_instead(&format!("pass --edge-length {possible} or more; `ndf extract` makes finer meshes")))
+}
+
+/// What is shown, in a sentence.
+fn with_article(what: &str) -> String {
+    match what {
+        "points" => what.to_owned(),
+        "isosurface" => format!("an {what}"),
+        _ => format!("a {what}"),
+    }
+}
+
 /// Opens a page with the program that opens pages. That there is none stops nothing: the page is written.
 fn open(page: &Path, context: &Context) {
     let mut command = if cfg!(target_os = "macos") {
@@ -193,5 +225,16 @@ fn open(page: &Path, context: &Context) {
     command.arg(page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     if let Err(error) = command.spawn() {
         context.warn(&format!("{} is written, but no browser could be started: {error}", page.display()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_article;
+
+    #[test]
+    fn what_is_shown_has_its_article() {
+        let all = ["model", "mesh", "points", "isosurface"].map(with_article);
+        assert_eq!(all, ["a model", "a mesh", "points", "an isosurface"]);
     }
 }

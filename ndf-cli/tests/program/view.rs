@@ -75,6 +75,29 @@ fn a_mesh_keeps_its_vertices_and_scalars() {
 }
 
 #[test]
+fn an_edge_length_that_no_page_can_show_is_refused() {
+    let folder = Folder::new("view-too-fine");
+    let model = include_bytes!("../../../ndf-model/tests/golden/levels_version_3.ndf");
+    std::fs::write(folder.0.join("a.ndf"), model).unwrap();
+    let view = |length: &str| ndf(&folder.0, &["view", "a.ndf", "-o", "a.html", "--edge-length", length]);
+    let refused = view("1e-6");
+    let told = refused.sentence();
+    assert!(told.contains("triangles, and a page in the browser holds 4,000,000"), "{told}");
+    assert_eq!(folder.files().len(), 1, "{:?}", folder.files());
+    let (_, possible) = told.split_once("--edge-length ").unwrap();
+    assert_eq!(view(possible.split_whitespace().next().unwrap()).code, 0);
+}
+
+#[test]
+fn what_is_shown_is_said() {
+    let folder = Folder::new("view-shows");
+    folder.write("a.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n1 1 0\n0 1 1\n1 0 1\n");
+    let told = ndf(&folder.0, &["view", "a.xyz", "-o", "a.html"]);
+    assert_eq!(told.code, 0, "{}", told.stderr);
+    assert!(told.stdout.contains(" points of "), "{}", told.stdout);
+}
+
+#[test]
 fn what_cannot_be_shown_is_said() {
     let folder = Folder::new("view-errors");
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

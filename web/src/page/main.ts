@@ -1,4 +1,7 @@
+import { finite, lengthOrNothing } from '../checks.js';
 import { Abandoned } from '../client.js';
+import { messageOf } from '../message.js';
+import type { Description } from '../types.js';
 import { NdfViewer, type Up } from '../viewer.js';
 import { hasAddress, linkTo, modelIn } from './link.js';
 import { Panel } from './panel.js';
@@ -21,8 +24,8 @@ const HELP = /* html */ `
 <tr><td>Right drag, or two fingers</td><td>move</td></tr>
 <tr><td>Wheel, or pinch</td><td>zoom</td></tr>
 <tr><td>Click, or tap</td><td>exact distances from there</td></tr>
-<tr><td>Shift-click</td><td>the shortest path from the source to there</td></tr>
-<tr><td>Drop a file</td><td>show another model or mesh</td></tr>
+<tr><td>Shift-click, or a tap after “A click ends a path”</td><td>the shortest path from the source to there</td></tr>
+<tr><td>Drop or open a file</td><td>show another model or mesh</td></tr>
 </table>
 <table class="keys">
 <tr><td><kbd>←</kbd> <kbd>→</kbd> <kbd>↑</kbd> <kbd>↓</kbd></td><td>turn (when the picture is focused)</td></tr>
@@ -62,9 +65,10 @@ class Page {
     save: (format) => void this.#save(format),
     open: (file) => void this.#openFile(file),
     help: () => this.#help.showModal(),
-    failed: (error) => this.tell(error),
+    failed: (error) => this.fail(error),
   });
   #work: string | undefined;
+  #described: Description | undefined;
 
   constructor() {
     this.#toast.setAttribute('role', 'alert');
@@ -72,13 +76,20 @@ class Page {
     for (const element of [this.#toast, this.#drop, this.#empty, this.#panel.element]) element.hidden = true;
     this.#main.replaceChildren(this.viewer, this.#header, this.#panel.element, this.#empty, this.#toast, this.#drop, this.#help);
     this.#empty.querySelector('button')!.addEventListener('click', () => this.#panel.element.querySelector<HTMLElement>('#open')!.click());
-    this.viewer.addEventListener('ndf-change', () => this.#changed());
+    this.viewer.addEventListener('ndf-change', () => {
+      // What went wrong is over once something went right.
+      if (this.#toast.classList.contains('error')) this.#toast.hidden = true;
+      this.#changed();
+    });
     this.viewer.addEventListener('ndf-busy', (event) => {
       this.#work = (event as CustomEvent<string | undefined>).detail;
       // What is done in a moment is not worth a word.
       setTimeout(() => this.#changed(), this.#work ? 250 : 0);
     });
-    this.viewer.addEventListener('ndf-error', (event) => this.tell((event as CustomEvent<string>).detail));
+    this.viewer.addEventListener('ndf-error', (event) => {
+      const { detail } = event as CustomEvent<string>;
+      if (detail !== this.viewer.message) this.fail(detail);
+    });
     this.#listen();
     const fitted = () => this.#inset();
     addEventListener('resize', fitted);
@@ -95,14 +106,7 @@ class Page {
 
   async open(input: Input): Promise<void> {
     if (input.up) this.viewer.up = input.up;
-    await this.viewer.open(input.bytes, input.name, { edgeLength: input.edge_length ?? undefined });
-    document.title = `${input.name} – ndf`;
-    this.#header.querySelector('h1')!.textContent = input.name;
-    this.#empty.hidden = true;
-    this.#panel.element.hidden = false;
-    this.#panel.opened();
-    this.#inset();
-    const notes = this.viewer.description?.notes ?? [];
+    const { notes } = await this.viewer.open(input.bytes, input.name, { edgeLength: input.edge_length ?? undefined });
     if (notes.length > 0) this.tell(notes.join('; '));
     if (input.scalar) await this.viewer.showScalar(input.scalar);
     if (input.source) await this.viewer.showDistances(this.viewer.nearest(input.source));
@@ -115,7 +119,8 @@ class Page {
       if (linked) await this.open(linked);
       return linked !== undefined;
     } catch (error) {
-      this.tell(error);
+      // It stands while the page's own model is shown.
+      if (!(error instanceof Abandoned)) this.tell(messageOf(error));
       // What was opened in the meantime is shown.
       return error instanceof Abandoned;
     }
@@ -126,8 +131,20 @@ class Page {
     this.#empty.hidden = false;
   }
 
+  /** Shows the name and the controls of what was opened, or of what is now known of it. */
+  #opened(description: Description): void {
+    this.#described = description;
+    document.title = `${description.name} – ndf`;
+    this.#header.querySelector('h1')!.textContent = description.name;
+    this.#empty.hidden = true;
+    this.#panel.element.hidden = false;
+    this.#panel.opened();
+    this.#inset();
+  }
+
   #changed(): void {
-    const { report } = this.viewer;
+    const { report, description } = this.viewer;
+    if (description && description !== this.#described) this.#opened(description);
     const line = this.#header.querySelector('p')!;
     line.className = this.#work ? 'work' : '';
     const counts = report ? `${report.vertices.toLocaleString('en')} vertices, ${report.faces.toLocaleString('en')} faces` : '';
@@ -138,10 +155,17 @@ class Page {
 
   #hiding: ReturnType<typeof setTimeout> | undefined;
 
-  /** Tells of something for some seconds. */
-  tell(error: unknown): void {
+  /** Tells of a failure for some seconds, or until something succeeds. */
+  fail(error: unknown): void {
     if (error instanceof Abandoned) return;
-    this.#toast.textContent = error instanceof Error ? error.message : String(error);
+    this.tell(messageOf(error));
+    this.#toast.classList.add('error');
+  }
+
+  /** Tells of something for some seconds. */
+  tell(message: string): void {
+    this.#toast.textContent = message;
+    this.#toast.classList.remove('error');
     this.#toast.hidden = false;
     clearTimeout(this.#hiding);
     this.#hiding = setTimeout(() => (this.#toast.hidden = true), 6000);
@@ -152,7 +176,7 @@ class Page {
     try {
       await work();
     } catch (error) {
-      this.tell(error);
+      this.fail(error);
     }
   }
 
@@ -161,7 +185,7 @@ class Page {
     void this.#try(() => {
       if (kind === 'plain') return viewer.showPlain();
       if (kind === 'distance') return viewer.showDistances(viewer.source ?? 0);
-      if (kind === 'mode') return viewer.showMode(viewer.view.kind === 'mode' ? viewer.view.index : 1);
+      if (kind === 'mode') return viewer.showMode(viewer.askedView.kind === 'mode' ? viewer.askedView.index : 1);
       const first = viewer.description?.scalars[0];
       return first ? viewer.showScalar(first.name) : undefined;
     });
@@ -255,21 +279,22 @@ class Page {
   }
 
   #nextMode(step: number): void {
-    const { view } = this.viewer;
+    // From the one that was asked for: keys may come faster than modes.
+    const { askedView: view } = this.viewer;
     if (view.kind === 'mode') void this.#try(() => this.viewer.showMode(Math.min(view.index + step, this.viewer.lastMode)));
     else this.#show('mode');
   }
 }
 
-/** What checks and other programs call as `window.ndf`: what is computed is shown, too. */
+/** What checks and other programs call as `window.ndf`: what is computed is shown, too. All are promises. */
 function programming(viewer: NdfViewer) {
   return {
-    extract: (edgeLength?: number, { relative = false } = {}) => viewer.setEdgeLength(edgeLength, { relative }),
+    extract: (edgeLength?: number, { relative = false } = {}) => viewer.setEdgeLength(lengthOrNothing(edgeLength), { relative }),
     geodesic: (vertex: number) => viewer.showDistances(vertex),
     path: (from: number, to: number) => viewer.showPath(from, to),
     modes: (count: number) => viewer.modes(count),
-    setEdgeLength: async (edgeLength: number) => void (await viewer.setEdgeLength(edgeLength)),
-    pick: (x: number, y: number) => viewer.pick(x, y),
+    setEdgeLength: async (edgeLength: number) => void (await viewer.setEdgeLength(finite(edgeLength, 'the edge length'))),
+    pick: async (x: number, y: number) => viewer.pick(x, y),
     screenshot: () => viewer.screenshot(),
     exportGLB: () => viewer.exportGLB(),
     viewer,
@@ -277,18 +302,27 @@ function programming(viewer: NdfViewer) {
 }
 
 /** Starts the page: with what is in its fragment, or in itself, or with nothing. */
-export async function start(wasm: Uint8Array<ArrayBuffer>, input: Input | undefined): Promise<ReturnType<typeof programming>> {
-  const compiled = await WebAssembly.compile(wasm);
+export async function start(
+  compiled: Promise<WebAssembly.Module>,
+  input: Input | undefined,
+): Promise<ReturnType<typeof programming>> {
   const url = URL.createObjectURL(new Blob([workerCode], { type: 'text/javascript' }));
-  NdfViewer.workerOptions = { worker: () => new Worker(url), wasm: compiled };
+  // The first Worker starts while the page is made and WebAssembly is compiled.
+  let first: Worker | undefined = new Worker(url);
+  const worker = () => {
+    const started = first ?? new Worker(url);
+    first = undefined;
+    return started;
+  };
   const page = new Page();
+  NdfViewer.workerOptions = { worker, wasm: await compiled };
   if (!(await page.openLinked())) {
     if (!input) page.waitForFile();
     else {
       await page.open(input).catch((error: unknown) => {
         if (error instanceof Abandoned) return;
-        page.waitForFile();
-        page.tell(error);
+        if (!page.viewer.report) page.waitForFile();
+        page.fail(error);
         throw error;
       });
     }

@@ -7,7 +7,8 @@ const MARKUP = /* html */ `
 <button class="grip" aria-label="Show or hide the controls" aria-expanded="false"></button>
 <section id="fineness">
   <h2><label for="length">Edge length</label><output id="length-now" for="length"></output></h2>
-  <input id="length" type="range" min="0" max="1000" step="1" aria-describedby="length-now">
+  <input id="length" type="range" min="0" max="1000" step="1" aria-describedby="length-now length-end">
+  <p id="length-end" class="hint" hidden></p>
 </section>
 <section>
   <h2>Colours</h2>
@@ -17,12 +18,12 @@ const MARKUP = /* html */ `
   <div id="of-distance" hidden>
     <p class="hint">Click the surface: distances from there. Shift-click: the shortest path to there.</p>
     <div class="row"><label class="check"><input type="checkbox" id="ends">A click ends a path</label></div>
-    <dl id="path" hidden><dt>Path</dt><dd></dd></dl>
   </div>
   <div id="of-mode" hidden>
     <div class="row"><input id="mode" type="range" min="0" step="1" aria-label="Mode"><output id="mode-now" for="mode"></output></div>
   </div>
   <div id="of-scalar" hidden><div class="row"><select id="scalar" aria-label="Stored scalar"></select></div></div>
+  <dl id="path" hidden><dt>Path</dt><dd></dd></dl>
   <div class="row"><label class="check"><input type="checkbox" id="wireframe">Wireframe</label></div>
 </section>
 <section id="figures"><h2>Mesh</h2><dl></dl></section>
@@ -61,7 +62,9 @@ export class Panel {
     const asked = (isFinal: boolean) => {
       const length = this.#lengthAt(Number(slider.value));
       if (length === undefined) return;
-      this.#get('length-now').textContent = readable(length);
+      const { report } = viewer;
+      const faces = report?.target_edge_length ? report.faces * (report.target_edge_length / length) ** 2 : 0;
+      this.#get('length-now').textContent = `${readable(length)}, about ${readable(faces)} faces`;
       viewer.setEdgeLength(length, { isFinal }).catch(wishes.failed);
     };
     slider.addEventListener('input', () => asked(false));
@@ -98,8 +101,13 @@ export class Panel {
   opened(): void {
     const description = this.viewer.description;
     const base = description?.base_edge_length;
-    this.#range = base ? [base / 16, 2 * base] : undefined;
+    // What memory holds is an estimate: the slider ends a little before.
+    const shortest = 1.05 * (description?.min_edge_length ?? 0);
+    this.#range = base ? [Math.max(base / 16, shortest), 2 * Math.max(base, shortest)] : undefined;
     this.#get('fineness').hidden = !base;
+    const isCut = base !== undefined && base !== null && shortest > base / 16;
+    this.#get('length-end').hidden = !isCut;
+    this.#get('length-end').textContent = `Down to ${readable(shortest)}: memory in browsers ends at about 4 million faces.`;
     const names = description?.scalars.map(({ name }) => name) ?? [];
     const select = this.#get<HTMLSelectElement>('scalar');
     select.replaceChildren(...names.map((name) => new Option(name, name)));
@@ -129,7 +137,7 @@ export class Panel {
 
   /** Shows what is shown. */
   changed(): void {
-    const { view, report, path, description } = this.viewer;
+    const { askedView: view, report, path, description, edgeLength: length } = this.viewer;
     for (const button of this.element.querySelectorAll<HTMLButtonElement>('[data-view]')) {
       button.setAttribute('aria-pressed', String(button.dataset['view'] === view.kind));
     }
@@ -144,12 +152,11 @@ export class Panel {
       this.#get('mode-now').textContent = String(view.index);
     }
     if (view.kind === 'scalar') this.#get<HTMLSelectElement>('scalar').value = view.name;
-    const length = report?.target_edge_length;
     const slider = this.#get<HTMLInputElement>('length');
     if (length !== undefined && this.#range && !slider.matches(':active')) {
       slider.value = String(this.#placeOf(length));
       slider.setAttribute('aria-valuetext', readable(length));
-      this.#get('length-now').textContent = readable(length);
+      if (length === report?.target_edge_length) this.#get('length-now').textContent = readable(length);
     }
     if (!report || !description) return;
     const rows: [string, string][] = [

@@ -1,16 +1,14 @@
 import { Vector3 } from 'three';
+import { finite, whole } from '../checks.js';
 import { Abandoned, WorkerSurface, type WorkerOptions } from '../client.js';
-import type { Description, Extracted, FileFormat, GeodesicPath, Modes, NamedValues, Report } from '../types.js';
-import { COLORMAPS, gradient, readable, roundStep, scaleOf, type Colormap } from './colours.js';
-import { Stage, type Theme, type Up } from './stage.js';
+import { messageOf } from '../message.js';
+import type { Description, Extracted, FileFormat, GeodesicPath, Modes, Report } from '../types.js';
+import { COLORMAPS, roundStep, scaleOf, type Colormap } from './colours.js';
+import { listen } from './input.js';
+import { Legend } from './legend.js';
+import { PLAIN, byDistance, byMode, byScalar, legendOf, looksOn, modeOf, type Looks, type View } from './looks.js';
+import { Stage, nearestVertex, type Theme, type Up } from './stage.js';
 import { STYLE } from './style.js';
-
-/** What the colours of the surface mean. */
-export type View =
-  | { kind: 'plain' }
-  | { kind: 'distance' }
-  | { kind: 'mode'; index: number }
-  | { kind: 'scalar'; name: string };
 
 /** A mesh to be shown. */
 type Shown = Extracted & { positions: Float64Array };
@@ -31,10 +29,7 @@ interface Wanted {
   reject(error: unknown): void;
 }
 
-/** How many modes are computed when the first is asked for. */
-export const MODES = 20;
-
-/** Seconds an extraction may take while the edge length is being dragged. */
+/** Seconds that a mesh may take while the edge length is being dragged. */
 const DRAG_SECONDS = 0.06;
 
 /** Isolines in a picture of distances, about. */
@@ -58,7 +53,7 @@ export interface ViewerEvents {
 /**
  * `<ndf-viewer src="bunny.ndf" edge-length="0.02" source="12" colormap="auto">`: a model or a mesh to turn, with exact
  * distances from the vertex that is clicked. Without a `src`, {@link NdfViewer.open} shows bytes. All computing runs in one
- * Worker.
+ * Worker. An attribute that is empty or wrong is as none; what is wrong is told by `ndf-error`.
  */
 export class NdfViewer extends HTMLElement {
   static readonly observedAttributes = ['src', 'edge-length', 'source', 'colormap', 'up', 'wireframe'];
@@ -72,22 +67,33 @@ export class NdfViewer extends HTMLElement {
   #file: Opened | undefined;
   /** Counts what was opened: only the last is shown. */
   #openings = 0;
+  /** The one that is under way and not yet shown. */
+  #opening: number | undefined;
   #report: Report | undefined;
-  #view: View = { kind: 'plain' };
-  #source: number | undefined;
-  #target: number | undefined;
-  #path: GeodesicPath | undefined;
-  #values: NamedValues | undefined;
+  #looks = PLAIN;
+  /** Where the source and the target lie: on other meshes they are the vertices nearest to there. */
+  #places: [Vector3 | undefined, Vector3 | undefined] = [undefined, undefined];
   #modes: { count: number; found: Promise<Modes> } | undefined;
   /** Counts what was asked for, so that answers to earlier questions are not shown. */
   #asked = 0;
+  /** What the last question that is not yet answered will show. */
+  #askedView: View | undefined;
   #wanted: Wanted | undefined;
   #isExtracting = false;
+  /** The edge length that was asked for last, in the units of the file, until its mesh is shown. */
+  #askedLength: number | undefined;
+  /** The edge length of the last mesh that was not one for dragging. */
+  #settledLength: number | undefined;
+  /** Whether the mesh that is shown is only there until a finer one is. */
+  #isCoarse = false;
   /** Seconds of an extraction for edges of unit length: they grow as the square of the fineness. */
   #effort = 0;
+  /** Whether the element is in a document, and its attributes are followed. */
+  #isStarted = false;
+  #isReady = false;
   #readied = new Set<() => void>();
   readonly #canvas: HTMLCanvasElement;
-  readonly #legend: HTMLElement;
+  readonly #legend: Legend;
   readonly #message: HTMLElement;
   readonly #resizing = new ResizeObserver(() => this.#stage?.resize());
   readonly #darkness = matchMedia('(prefers-color-scheme: dark)');
@@ -100,9 +106,9 @@ export class NdfViewer extends HTMLElement {
       <div class="legend" role="img" hidden><div class="name"></div><div class="bar"></div><div class="ends"><span></span><span></span></div></div>
       <div class="message" role="alert" hidden></div>`;
     this.#canvas = root.querySelector('canvas')!;
-    this.#legend = root.querySelector('.legend')!;
+    this.#legend = new Legend(root);
     this.#message = root.querySelector('.message')!;
-    this.#listen();
+    listen(this.#canvas, () => this.#stage, (x, y, hasShift) => this.#clicked(x, y, hasShift || this.endsPaths));
   }
 
   connectedCallback(): void {
@@ -110,23 +116,25 @@ export class NdfViewer extends HTMLElement {
       this.#stage ??= new Stage(this.#canvas);
     } catch {
       this.#say('This page needs WebGL 2, which this browser does not give. Another browser, or hardware acceleration switched on in its settings, may.');
-      return;
     }
+    this.#isStarted = true;
     this.#setTheme();
     this.#darkness.addEventListener('change', this.#setTheme);
     this.#resizing.observe(this);
-    const up = this.getAttribute('up');
-    if (up) this.up = up as Up;
+    this.up = (this.getAttribute('up') ?? this.up) as Up;
     this.wireframe = this.hasAttribute('wireframe');
+    // What is being opened is shown when it has come: an element that is moved does not go back to what was there before.
+    if (this.#opening !== undefined) return;
     if (this.#file) void this.#begin(this.#file);
-    else if (this.hasAttribute('src')) void this.#begin(this.#fetched());
+    else if (this.getAttribute('src')) void this.#begin(this.#fetched());
   }
 
   disconnectedCallback(): void {
+    this.#isStarted = false;
     this.#darkness.removeEventListener('change', this.#setTheme);
     this.#resizing.disconnect();
     // It is opened again as it was.
-    if (this.#file && this.#report) this.#file = { ...this.#file, edgeLength: this.#report.target_edge_length };
+    if (this.#file) this.#file = { ...this.#file, edgeLength: this.#settledLength ?? this.#file.edgeLength };
     this.#close();
     this.#stage?.dispose();
     this.#stage = undefined;
@@ -138,19 +146,61 @@ export class NdfViewer extends HTMLElement {
     this.#wanted = undefined;
     this.#surface?.free();
     this.#surface = undefined;
+    this.#description = undefined;
+    this.#report = undefined;
+    this.#settledLength = undefined;
+    this.#askedLength = undefined;
+    this.#effort = 0;
+    this.#isReady = false;
+    this.#looks = PLAIN;
+    this.#places = [undefined, undefined];
+  }
+
+  /** Shows nothing any more. */
+  clear(): void {
+    this.#openings++;
+    this.#opening = undefined;
+    this.#close();
+    this.#file = undefined;
+    this.#asked++;
+    this.#stage?.clear();
+    this.#present(PLAIN);
+    if (this.#stage) this.#say(undefined);
+    this.#changed();
   }
 
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
     if (before === after) return;
-    if (name === 'src' && !this.isConnected) this.#file = undefined;
-    if (!this.isConnected || !this.#stage) return;
-    if (name === 'src' && after !== null) void this.#begin(this.#fetched());
+    if (name === 'src' && !this.#isStarted) this.#file = undefined;
+    if (!this.#isStarted) return;
+    if (name === 'src') {
+      if (after) void this.#begin(this.#fetched());
+      else this.clear();
+    }
     // Before anything is open they are only noted: opening reads them.
-    if (name === 'edge-length' && after !== null && this.#surface) this.#try(this.setEdgeLength(Number(after)));
-    if (name === 'source' && after !== null && this.#surface) this.#try(this.showDistances(Number(after)));
+    if (name === 'edge-length' && this.#description?.kind === 'model') this.#try(this.setEdgeLength(this.#number('edge-length')));
+    if (name === 'source' && this.#surface) this.#try(this.#showSource());
     if (name === 'colormap') this.#paint();
-    if (name === 'up' && after !== null) this.up = after as Up;
+    if (name === 'up') this.up = (after || 'y') as Up;
     if (name === 'wireframe') this.wireframe = after !== null;
+  }
+
+  /** The number in an attribute; nothing where there is none, or where it is wrong, which is told. */
+  #number(name: 'edge-length' | 'source'): number | undefined {
+    const text = this.getAttribute(name)?.trim();
+    if (!text) return undefined;
+    const value = Number(text);
+    const isVertex = name === 'source';
+    if (isVertex ? Number.isInteger(value) && value >= 0 : Number.isFinite(value) && value > 0) return value;
+    this.#tell(new Error(`${name}="${text}" is not ${isVertex ? 'the number of a vertex' : 'a length'}, and is left out`));
+    return undefined;
+  }
+
+  /** Shows the distances that the attribute asks for, or takes away those that are there. */
+  async #showSource(): Promise<void> {
+    const source = this.#number('source');
+    if (source !== undefined) await this.showDistances(source);
+    else if (this.view.kind === 'distance') this.showPlain();
   }
 
   /** Reports a failure as an event as well: for calls that nobody waits for. */
@@ -160,8 +210,7 @@ export class NdfViewer extends HTMLElement {
 
   #tell(error: unknown): void {
     if (error instanceof Abandoned) return;
-    const message = error instanceof Error ? error.message : String(error);
-    this.dispatchEvent(new CustomEvent('ndf-error', { detail: message }));
+    this.dispatchEvent(new CustomEvent('ndf-error', { detail: messageOf(error) }));
   }
 
   async #fetched(): Promise<Opened> {
@@ -175,22 +224,44 @@ export class NdfViewer extends HTMLElement {
   /** Opens a file that nobody waits for, unless another is opened or the element is taken away while it comes. */
   async #begin(file: Opened | Promise<Opened>): Promise<void> {
     const opening = ++this.#openings;
+    this.#opening = opening;
     try {
       const come = await file;
-      if (opening !== this.#openings || !this.isConnected) return;
+      if (opening !== this.#openings) return;
+      if (!this.isConnected) {
+        this.#file = come;
+        return;
+      }
       await this.#open(opening, come);
-      const source = this.getAttribute('source');
-      if (source !== null) await this.showDistances(Number(source));
+      if (this.hasAttribute('source')) await this.#showSource();
     } catch (error) {
       if (error instanceof Abandoned || opening !== this.#openings) return;
-      this.#say(error instanceof Error ? error.message : String(error));
+      this.#say(messageOf(error));
+      if (file instanceof Promise) this.#reopen();
+    } finally {
+      this.#ended(opening);
     }
+  }
+
+  /** An opening is no longer under way. */
+  #ended(opening: number): void {
+    if (this.#opening === opening) this.#opening = undefined;
+  }
+
+  /** Opens what was shown before, where it was closed while something else was opened in vain. */
+  #reopen(): void {
+    if (this.#file && !this.#surface && this.isConnected) void this.#begin(this.#file);
   }
 
   #say(message: string | undefined): void {
     this.#message.textContent = message ?? '';
     this.#message.hidden = message === undefined;
     if (message) this.dispatchEvent(new CustomEvent('ndf-error', { detail: message }));
+  }
+
+  /** What the element says in place of a picture. */
+  get message(): string | undefined {
+    return this.#message.textContent || undefined;
   }
 
   #setTheme = (): void => {
@@ -207,44 +278,81 @@ export class NdfViewer extends HTMLElement {
    * {@link NdfViewer.bytes}, and shown once the element is in a document. Of several that are being opened the last is shown;
    * the others reject ({@link Abandoned}).
    */
-  open(bytes: Uint8Array, name: string, { edgeLength }: { edgeLength?: number | undefined } = {}): Promise<Description> {
-    return this.#open(++this.#openings, { bytes, name, edgeLength });
+  async open(bytes: Uint8Array, name: string, { edgeLength }: { edgeLength?: number | undefined } = {}): Promise<Description> {
+    const opening = ++this.#openings;
+    this.#opening = opening;
+    try {
+      return await this.#open(opening, { bytes, name, edgeLength });
+    } catch (error) {
+      this.#ended(opening);
+      if (opening === this.#openings) this.#reopen();
+      throw error;
+    }
   }
 
   #open(opening: number, file: Opened): Promise<Description> {
-    const { bytes, name, edgeLength } = file;
     return this.#busy('opening', async () => {
-      const surface = await WorkerSurface.open(bytes, name, NdfViewer.workerOptions);
+      const surface = await WorkerSurface.open(file.bytes, file.name, { ...NdfViewer.workerOptions, coarse: true });
       try {
-        const length = edgeLength ?? Number(this.getAttribute('edge-length'));
-        const mesh = await firstMesh(surface, length);
+        const [mesh, positions] = await Promise.all([surface.mesh(), surface.positions()]);
         if (opening !== this.#openings) throw new Abandoned();
+        this.#ended(opening);
         this.#close();
         this.#file = file;
-        this.#description = surface.description;
-        this.#report = undefined;
-        this.#view = { kind: 'plain' };
-        this.#effort = 0;
-        if (this.isConnected) this.#surface = surface;
         // Connection opens it again.
-        else surface.free();
+        if (!this.isConnected) throw new Abandoned();
+        this.#surface = surface;
+        this.#description = surface.description;
         if (this.#stage) this.#say(undefined);
-        await this.#shown(mesh, false);
+        const report = { vertices: positions.length / 3, faces: mesh.faces.length / 3, seconds: 0 };
+        this.#stage?.clear();
+        this.#isCoarse = surface.description.kind === 'model';
+        this.#shown({ ...mesh, positions, report }, PLAIN);
       } catch (error) {
         surface.free();
+        if (error instanceof Abandoned && this.#file === file) return surface.description;
         throw error;
       }
-      if (this.isConnected) {
-        this.#readied.forEach((resolve) => resolve());
-        this.#readied.clear();
-      }
-      return surface.description;
+      await this.#refine(file);
+      this.#isReady = true;
+      this.#readied.forEach((resolve) => resolve());
+      this.#readied.clear();
+      return this.#description ?? surface.description;
     });
+  }
+
+  /** Shows the mesh that is wanted in the place of the coarse one that is there first, and what is true of it. */
+  async #refine(file: Opened): Promise<void> {
+    try {
+      if (this.#isCoarse) {
+        const length = file.edgeLength ?? this.#number('edge-length');
+        const isShown = length === undefined ? undefined : await this.#attempt(this.#extracted({ length }));
+        if (!isShown) await this.#attempt(this.#extracted({}));
+      } else {
+        const report = await this.#opened().report();
+        if (this.#file === file) this.#report = report;
+        this.#changed();
+      }
+    } catch (error) {
+      // Another edge length was asked for, or the element was taken away.
+      if (!(error instanceof Abandoned) || this.#file?.bytes !== file.bytes) throw error;
+    }
+  }
+
+  /** What comes of work that is told where it fails; nothing then. */
+  async #attempt<T>(work: Promise<T>): Promise<T | undefined> {
+    try {
+      return await work;
+    } catch (error) {
+      if (error instanceof Abandoned) throw error;
+      this.#tell(error);
+      return undefined;
+    }
   }
 
   /** Resolves when a surface is shown. */
   get ready(): Promise<void> {
-    if (this.#report) return Promise.resolve();
+    if (this.#isReady) return Promise.resolve();
     return new Promise((resolve) => this.#readied.add(resolve));
   }
 
@@ -265,17 +373,27 @@ export class NdfViewer extends HTMLElement {
 
   /** What the colours mean. */
   get view(): View {
-    return this.#view;
+    return this.#looks.view;
+  }
+
+  /** What the colours mean, or will when what was asked for last is computed. */
+  get askedView(): View {
+    return this.#askedView ?? this.view;
+  }
+
+  /** The edge length of what is shown, or of what was asked for last and is not yet there. */
+  get edgeLength(): number | undefined {
+    return this.#askedLength ?? this.#report?.target_edge_length;
   }
 
   /** The vertex from which distances are shown. */
   get source(): number | undefined {
-    return this.#source;
+    return this.#looks.source;
   }
 
   /** The path that is shown. */
   get path(): GeodesicPath | undefined {
-    return this.#path;
+    return this.#looks.path;
   }
 
   get wireframe(): boolean {
@@ -293,12 +411,13 @@ export class NdfViewer extends HTMLElement {
   }
 
   set up(up: Up) {
-    if (this.#stage && /^-?[xyz]$/.test(up)) this.#stage.up = up;
+    if (this.#stage && this.#stage.up !== up && /^-?[xyz]$/.test(up)) this.#stage.up = up;
   }
 
   /** Pixels at the right and below that something else covers. */
   setInsets(right: number, bottom: number): void {
     this.#stage?.setInsets(right, bottom);
+    this.style.setProperty('--inset-right', `${right}px`);
     this.style.setProperty('--inset-bottom', `${bottom}px`);
   }
 
@@ -334,12 +453,17 @@ export class NdfViewer extends HTMLElement {
   /**
    * Shows a mesh of the model with this edge length, in the units of the file or in the model's box. While one is being
    * dragged (`isFinal` false) a mesh is shown that is coarse enough to be there at once, and only the last one asked for: the
-   * calls it overtakes reject ({@link Abandoned}).
+   * calls it overtakes reject ({@link Abandoned}). If there is no such mesh, the one before stays or comes back.
    */
-  async setEdgeLength(length: number | undefined, { isFinal = true, relative = false } = {}): Promise<Extracted> {
+  async setEdgeLength(length: number | undefined, options: { isFinal?: boolean; relative?: boolean } = {}): Promise<Extracted> {
     const surface = this.#opened();
     if (this.#working > 0 && this.#writing === 0) surface.abandon();
+    return this.#extracted({ length, ...options });
+  }
+
+  #extracted({ length, isFinal = true, relative = false }: Partial<Wanted>): Promise<Extracted> {
     this.#wanted?.reject(new Abandoned());
+    this.#askedLength = length !== undefined && relative ? length * (this.#description?.scale ?? 1) : length;
     return new Promise((resolve, reject) => {
       this.#wanted = { length, relative, isFinal, resolve, reject };
       void this.#extractWanted();
@@ -350,104 +474,152 @@ export class NdfViewer extends HTMLElement {
     if (this.#isExtracting) return;
     this.#isExtracting = true;
     while (this.#wanted) {
-      const { length, relative, isFinal, resolve, reject } = this.#wanted;
+      const wanted = this.#wanted;
       this.#wanted = undefined;
-      const coarsest = Math.sqrt(this.#effort / DRAG_SECONDS);
-      const inUnits = length !== undefined && relative ? length * (this.#description?.scale ?? 1) : length;
-      const used = isFinal || inUnits === undefined ? length : Math.max(inUnits, coarsest);
       try {
-        const options = { report: isFinal, relative: relative && isFinal, positions: true };
-        const work = () => this.#opened().extract(used, options) as Promise<Shown>;
-        const found = isFinal ? await this.#busy('extracting', work) : await work();
-        const asked = found.report.target_edge_length ?? used;
-        if (asked) this.#effort = found.report.seconds * asked * asked;
-        await this.#shown(found, isFinal);
-        resolve(found);
+        wanted.resolve(await (wanted.isFinal ? this.#busy('extracting', () => this.#extract(wanted)) : this.#extract(wanted)));
       } catch (error) {
-        reject(error);
+        if (wanted.isFinal && !(error instanceof Abandoned)) await this.#goBack();
+        wanted.reject(error);
       }
     }
     this.#isExtracting = false;
   }
 
-  /** Shows a mesh in the place of the one before, and on it what was shown before. */
-  async #shown({ positions, faces, report }: Shown, isFinal: boolean): Promise<void> {
-    const stage = this.#stage;
-    if (!stage) return;
-    const placeOf = (vertex: number | undefined) => (vertex === undefined ? undefined : stage.position(vertex));
-    const places = this.#report ? [placeOf(this.#source), placeOf(this.#target)] : [];
-    stage.setMesh(positions, faces, this.#report !== undefined);
-    const found = (place: Vector3 | undefined) => (place ? stage.nearest(place) : undefined);
-    const [source, target] = places.map(found);
+  /** After an extraction that failed: shows what was shown before the edge length was dragged. */
+  async #goBack(): Promise<void> {
+    if (this.#wanted) return;
+    this.#askedLength = this.#askedView = undefined;
+    const length = this.#settledLength;
+    if (this.#isCoarse && length !== undefined) {
+      await this.#busy('extracting', () => this.#extract({ length, relative: false, isFinal: true })).catch(() => undefined);
+    }
+    this.#changed();
+  }
+
+  async #extract({ length, relative, isFinal }: Pick<Wanted, 'length' | 'relative' | 'isFinal'>): Promise<Extracted> {
+    const surface = this.#opened();
+    const goesOn = () => {
+      if (surface !== this.#surface || (isFinal && this.#wanted)) throw new Abandoned();
+    };
+    const { scale, default_edge_length: usual } = this.#description!;
+    const inUnits = length === undefined ? usual : length * (relative ? (scale ?? 1) : 1);
+    const coarsest = Math.sqrt(this.#effort / DRAG_SECONDS);
+    const used = isFinal || inUnits === null ? length : Math.max(inUnits, coarsest);
+    const found = (await surface.extract(used, { report: false, relative: relative && isFinal, positions: true })) as Shown;
+    goesOn();
+    const target = isFinal ? inUnits : used;
+    if (target) found.report.target_edge_length = target;
+    const started = performance.now();
+    const looks = await this.#looksOn(surface, found, !isFinal);
+    goesOn();
+    const seconds = found.report.seconds + (performance.now() - started) / 1000;
+    if (target) this.#effort = seconds * target * target;
+    this.#isCoarse = !isFinal;
+    if (isFinal) this.#askedLength = undefined;
+    this.#shown(found, looks);
+    if (!isFinal) return found;
+    this.#settledLength = target ?? undefined;
+    // What was estimated from the coarse mesh is known better.
+    const isFirst = this.#description === surface.description;
+    const [report, description] = await Promise.all([surface.report(), isFirst ? surface.describe() : this.#description]);
+    goesOn();
+    found.report = this.#report = report;
+    this.#description = description;
+    this.#changed();
+    return found;
+  }
+
+  /** What is shown, on a mesh that is to take the place of the one before. */
+  async #looksOn(surface: WorkerSurface, { positions, report }: Extracted & { positions: Float64Array }, isShort: boolean): Promise<Looks> {
+    for (;;) {
+      const before = this.#looks;
+      // What was asked for in vain, since another edge length was, is shown on its mesh.
+      const asked = this.#askedView;
+      const view = asked?.kind === 'mode' || asked?.kind === 'scalar' ? asked : before.view;
+      const [source, target] = this.#places.map((place) => place && nearestVertex(positions, place));
+      try {
+        const looks = await looksOn(surface, { ...before, view }, [source, target], report.vertices, isShort);
+        if (before === this.#looks && asked === this.#askedView) return looks;
+      } catch (error) {
+        if (error instanceof Abandoned) throw error;
+        this.#tell(error);
+        return PLAIN;
+      }
+    }
+  }
+
+  /** Shows a mesh in the place of the one before. */
+  #shown({ positions, faces, report }: Shown, looks: Looks): void {
+    this.#stage?.setMesh(positions, faces);
     this.#report = report;
     this.#asked++;
     this.#modes = undefined;
-    this.#present(this.#view, undefined, source, target);
+    this.#askedView = undefined;
+    this.#draw(looks);
     this.#changed();
-    if (isFinal || this.#view.kind === 'scalar') await this.#repeat();
-  }
-
-  /** Computes on the new mesh what was shown on the one before. */
-  async #repeat(): Promise<void> {
-    const [view, source, target] = [this.#view, this.#source, this.#target];
-    if (view.kind === 'distance' && source !== undefined) {
-      await this.showDistances(source);
-      if (target !== undefined) await this.showPath(source, target);
-    }
-    if (view.kind === 'mode') await this.showMode(view.index);
-    if (view.kind === 'scalar') await this.showScalar(view.name);
   }
 
   /** Runs work whose result is shown unless something else was asked for since; gives it back in either case. */
-  async #ask<T>(what: string, work: () => Promise<T>, show: (result: T) => void): Promise<T> {
+  async #ask<T>(what: string, view: View, work: (surface: WorkerSurface) => Promise<T>, looks: (result: T) => Looks): Promise<T> {
     const asked = ++this.#asked;
-    const result = await this.#busy(what, work);
-    if (asked === this.#asked) {
-      show(result);
-      this.#changed();
+    this.#askedView = view;
+    let isGivenUp = false;
+    try {
+      const result = await this.#busy(what, () => work(this.#opened()));
+      if (asked === this.#asked) {
+        this.#present(looks(result));
+        this.#changed();
+      }
+      return result;
+    } catch (error) {
+      isGivenUp = error instanceof Abandoned && this.#wanted !== undefined;
+      throw error;
+    } finally {
+      if (asked === this.#asked && !isGivenUp) this.#askedView = undefined;
     }
-    return result;
   }
 
-  /** Gives the colours a meaning, and takes away what belonged to the one before. */
-  #present(view: View, values?: NamedValues, source?: number, target?: number): void {
-    this.#view = view;
-    this.#values = values;
-    this.#source = source;
-    this.#target = target;
-    this.#path = undefined;
-    this.#stage?.setPath(undefined);
-    this.#mark();
+  /** Gives the surface other looks, and keeps where their source and target lie. */
+  #present(looks: Looks): void {
+    const place = (vertex: number | undefined, before: number | undefined, known: Vector3 | undefined) =>
+      vertex === undefined ? undefined : vertex === before && known ? known : this.#stage?.position(vertex);
+    const { source, target } = this.#looks;
+    this.#places = [place(looks.source, source, this.#places[0]), place(looks.target, target, this.#places[1])];
+    this.#draw(looks);
+  }
+
+  #draw(looks: Looks): void {
+    this.#looks = looks;
+    const marks = [looks.source, looks.target].filter((vertex) => vertex !== undefined);
+    this.#stage?.setPath(looks.path?.points);
+    this.#stage?.setMarks(marks);
     this.#paint();
   }
 
   /** Shows the surface without colours. */
   showPlain(): void {
     this.#asked++;
-    this.#present({ kind: 'plain' });
+    this.#askedView = undefined;
+    this.#present(PLAIN);
     this.#changed();
   }
 
   /** Shows the exact distances from a vertex, with isolines. */
   showDistances(vertex: number): Promise<Float32Array> {
-    const show = (values: Float32Array) => this.#present({ kind: 'distance' }, { name: 'distance', values }, vertex);
-    return this.#ask('measuring', () => this.#opened().geodesic(vertex), show);
+    const work = (surface: WorkerSurface) => surface.geodesic(vertex);
+    return this.#ask('measuring', { kind: 'distance' }, work, (values) => byDistance(values, vertex));
   }
 
   /** Shows the shortest path between two vertices. */
   showPath(from: number, to: number): Promise<GeodesicPath> {
-    const show = (path: GeodesicPath) => {
-      this.#source = from;
-      this.#target = to;
-      this.#path = path;
-      this.#stage?.setPath(path.points);
-      this.#mark();
-    };
-    return this.#ask('measuring', () => this.#opened().path(from, to), show);
+    const work = (surface: WorkerSurface) => surface.path(from, to);
+    return this.#ask('measuring', this.view, work, (path) => ({ ...this.#looks, source: from, target: to, path }));
   }
 
   /** The first modes, which are kept. */
   async modes(count: number): Promise<Modes> {
+    whole(count, 'the number of modes');
     if (!(this.#modes && this.#modes.count >= count)) {
       const asked = { count, found: this.#busy('computing modes', () => this.#opened().modes(count)) };
       this.#modes = asked;
@@ -461,68 +633,41 @@ export class NdfViewer extends HTMLElement {
 
   /** The last mode of those that are at hand, or are computed when the first is asked for. */
   get lastMode(): number {
-    return Math.max(this.#modes?.count ?? 0, Math.min(MODES, this.#report?.vertices ?? 0)) - 1;
+    const { count } = modeOf(this.view.kind === 'mode' ? this.view.index : 0, this.#report?.vertices ?? 0);
+    return Math.max(this.#modes?.count ?? 0, count) - 1;
   }
 
   /** Shows a mode of the Laplacian, counted from 0, or the first or last where there is no such mode. */
-  showMode(wanted: number): Promise<Modes> {
-    const vertices = this.#report?.vertices ?? 0;
-    const index = Math.max(0, Math.min(wanted, vertices - 1));
-    // Twice as many when they do not suffice: whoever goes on one by one does not wait each time.
-    const enough = MODES * 2 ** Math.max(0, Math.ceil(Math.log2((index + 1) / MODES)));
-    const count = Math.min(enough, vertices);
-    const show = ({ values, functions }: Modes) => {
-      this.#eigenvalue = values[index];
-      const name = `mode_${String(index).padStart(2, '0')}`;
-      this.#present({ kind: 'mode', index }, { name, values: functions[index]! });
-    };
-    return this.#ask('computing modes', () => this.modes(count), show);
+  async showMode(wanted: number): Promise<Modes> {
+    const { index, count } = modeOf(Math.floor(finite(wanted, 'the mode')), this.#report?.vertices ?? 0);
+    return this.#ask('computing modes', { kind: 'mode', index }, () => this.modes(count), (modes) => byMode(modes, index));
   }
-
-  #eigenvalue: number | undefined;
 
   /** Shows a stored scalar. */
   showScalar(name: string): Promise<Float32Array> {
-    const show = (values: Float32Array) => this.#present({ kind: 'scalar', name }, { name, values });
-    return this.#ask('reading', () => this.#opened().scalar(name), show);
-  }
-
-  #mark(): void {
-    const isShown = this.#view.kind === 'distance' || this.#path !== undefined;
-    const marks = [this.#source, this.#target].filter((vertex) => vertex !== undefined);
-    this.#stage?.setMarks(isShown ? marks : []);
+    const work = (surface: WorkerSurface) => surface.scalar(name);
+    return this.#ask('reading', { kind: 'scalar', name }, work, (values) => byScalar(values, name));
   }
 
   #paint(): void {
     const wanted = this.getAttribute('colormap') as Colormap | null;
     const map = wanted && COLORMAPS.includes(wanted) ? wanted : 'auto';
-    const scale = this.#values && scaleOf(this.#values.values, map);
-    const isDistance = this.#view.kind === 'distance';
-    const spacing = scale && isDistance ? roundStep((scale.high - scale.low) / ISOLINES) : 0;
-    this.#stage?.setValues(this.#values?.values, scale, spacing);
-    this.#legend.hidden = scale === undefined;
-    if (!scale) return;
-    const what =
-      this.#view.kind === 'distance' ? `Exact distance, a line every ${readable(spacing)}`
-      : this.#view.kind === 'mode' ? `Mode ${this.#view.index}, eigenvalue ${readable(this.#eigenvalue ?? 0)}`
-      : this.#view.kind === 'scalar' ? this.#view.name : '';
-    const [low, high] = [readable(scale.low), readable(scale.high)];
-    this.#legend.setAttribute('aria-label', `${what}: colours from ${low} to ${high}`);
-    this.#legend.querySelector('.name')!.textContent = what;
-    (this.#legend.querySelector('.bar') as HTMLElement).style.background = gradient(scale.map);
-    const [first, last] = this.#legend.querySelectorAll('.ends span');
-    first!.textContent = low;
-    last!.textContent = high;
+    const values = this.#looks.values?.values;
+    const scale = values && scaleOf(values, map);
+    const spacing = scale && this.view.kind === 'distance' ? roundStep((scale.high - scale.low) / ISOLINES) : 0;
+    this.#stage?.setValues(values, scale, spacing);
+    this.#legend.show(legendOf(this.#looks, spacing), scale);
   }
 
   /** The vertex at a place of the page, in pixels of CSS; nothing beside the surface. */
   pick(x: number, y: number): number | undefined {
     const { left, top } = this.#canvas.getBoundingClientRect();
-    return this.#stage?.pick(x - left, y - top);
+    return this.#stage?.pick(finite(x, 'x of a place to pick') - left, finite(y, 'y of a place to pick') - top);
   }
 
   /** The vertex nearest to a place. O(n). */
-  nearest([x, y, z]: [number, number, number]): number {
+  nearest(place: [number, number, number]): number {
+    const [x, y, z] = [0, 1, 2].map((i) => finite(place?.[i], 'a coordinate of a place')) as [number, number, number];
     return this.#stage?.nearest(new Vector3(x, y, z)) ?? 0;
   }
 
@@ -536,7 +681,7 @@ export class NdfViewer extends HTMLElement {
   async exportFile(format: FileFormat): Promise<Uint8Array> {
     this.#writing++;
     try {
-      return await this.#busy('writing', () => this.#opened().file(format, this.#values));
+      return await this.#busy('writing', () => this.#opened().file(format, this.#looks.values));
     } finally {
       this.#writing--;
     }
@@ -559,60 +704,16 @@ export class NdfViewer extends HTMLElement {
   #clicked(x: number, y: number, endsPath: boolean): void {
     const vertex = this.pick(x, y);
     if (vertex === undefined) return;
-    const source = this.#source;
+    const { source } = this;
     if (endsPath && source !== undefined) this.#try(this.showPath(source, vertex));
     else this.#try(this.showDistances(vertex));
   }
-
-  #listen(): void {
-    const canvas = this.#canvas;
-    let pressed: { x: number; y: number; time: number; pointers: number } | undefined;
-    let pointers = 0;
-    canvas.addEventListener('pointerdown', ({ clientX: x, clientY: y, timeStamp: time, button }) => {
-      pointers++;
-      pressed = pointers === 1 && button === 0 ? { x, y, time, pointers } : undefined;
-    });
-    canvas.addEventListener('pointercancel', () => {
-      pointers = 0;
-      pressed = undefined;
-    });
-    canvas.addEventListener('pointerup', ({ clientX: x, clientY: y, timeStamp: time, shiftKey }) => {
-      pointers = Math.max(0, pointers - 1);
-      const start = pressed;
-      pressed = undefined;
-      if (!start || time - start.time > 600 || Math.hypot(x - start.x, y - start.y) > 6) return;
-      this.#clicked(x, y, shiftKey || this.endsPaths);
-    });
-    canvas.addEventListener('keydown', (event) => {
-      if (event.altKey || event.ctrlKey || event.metaKey) return;
-      const stage = this.#stage;
-      const { left, top, width, height } = canvas.getBoundingClientRect();
-      const actions: Record<string, () => void> = {
-        ArrowLeft: () => stage?.turn(-0.12, 0),
-        ArrowRight: () => stage?.turn(0.12, 0),
-        ArrowUp: () => stage?.turn(0, 0.12),
-        ArrowDown: () => stage?.turn(0, -0.12),
-        '+': () => stage?.zoom(0.88),
-        '=': () => stage?.zoom(0.88),
-        '-': () => stage?.zoom(1 / 0.88),
-        '0': () => stage?.frame(),
-        Enter: () => this.#clicked(left + width / 2, top + height / 2, event.shiftKey || this.endsPaths),
-      };
-      const action = actions[event.key];
-      if (!action) return;
-      event.preventDefault();
-      action();
-    });
-  }
 }
 
-/** What is shown first: the mesh of the file, or that of a model with edges of this length. */
-async function firstMesh(surface: WorkerSurface, length: number): Promise<Shown> {
-  if (surface.description.kind === 'model' && length > 0) {
-    return (await surface.extract(length, { positions: true })) as Shown;
+declare global {
+  interface HTMLElementTagNameMap {
+    'ndf-viewer': NdfViewer;
   }
-  const [mesh, positions, report] = await Promise.all([surface.mesh(), surface.positions(), surface.report()]);
-  return { ...mesh, positions, report };
 }
 
 if (!customElements.get('ndf-viewer')) customElements.define('ndf-viewer', NdfViewer);

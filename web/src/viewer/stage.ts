@@ -25,6 +25,20 @@ const MARK_RADIUS = 5;
 /** Pixels around the surface that the first view leaves free. */
 const MARGIN = 36;
 
+/** The vertex nearest to a place. O(n). */
+export function nearestVertex(positions: ArrayLike<number>, { x: a, y: b, z: c }: Vector3): number {
+  let [nearest, least] = [0, Infinity];
+  for (let v = 0; 3 * v < positions.length; v++) {
+    const [x, y, z] = [positions[3 * v]! - a, positions[3 * v + 1]! - b, positions[3 * v + 2]! - c];
+    const distance = x * x + y * y + z * z;
+    if (distance < least) [nearest, least] = [v, distance];
+  }
+  return nearest;
+}
+
+/** What the time of the first picture is noted as (`performance.getEntriesByName`). */
+export const PICTURE_MARK = 'ndf-picture';
+
 /** The picture: a surface, its wires, marks and a path, and the camera. Draws only when something changed. */
 export class Stage {
   readonly #renderer: WebGLRenderer;
@@ -48,12 +62,20 @@ export class Stage {
   /** Whether the view is the one of the beginning, which fits the picture whatever its size. */
   #isFramed = true;
   #asked: number | undefined;
+  #theme: Theme | undefined;
+  readonly #restored = () => {
+    // The renderer begins with its own background.
+    if (this.#theme) this.theme = this.#theme;
+    this.draw();
+  };
 
   /** @throws where there is no WebGL 2. */
   constructor(readonly canvas: HTMLCanvasElement) {
     const context = canvas.getContext('webgl2', { antialias: true, powerPreference: 'high-performance' });
     if (!context) throw new Error('there is no WebGL 2');
     this.#renderer = new WebGLRenderer({ canvas, context });
+    // After the renderer has heard of it, and made anew what it had on the graphics card.
+    canvas.addEventListener('webglcontextrestored', this.#restored);
     this.#surface = new Mesh(toGeometry(new Float32Array(), new Uint32Array()), this.#material);
     this.#wires = new Mesh(this.#surface.geometry, this.#wire);
     this.#wires.visible = false;
@@ -77,6 +99,7 @@ export class Stage {
   }
 
   set theme(theme: Theme) {
+    this.#theme = theme;
     this.#renderer.setClearColor(new Color(theme.background), 1);
     this.#material.plain = theme.surface;
     this.#wire.color.set(theme.wire);
@@ -85,20 +108,26 @@ export class Stage {
     this.ask();
   }
 
-  /** Shows triangles. The view is kept, unless they are the first or another thing. */
-  setMesh(positions: Float64Array, faces: Uint32Array, keepView: boolean): void {
-    const isKept = keepView && this.#bounds !== undefined;
-    if (!isKept) new Box3().setFromArray(positions).getCenter(this.#centre);
+  /** Shows triangles. The view is kept, unless they are the first since {@link Stage.clear}. */
+  setMesh(positions: Float64Array, faces: Uint32Array): void {
+    const isFirst = this.#bounds === undefined;
+    if (isFirst) new Box3().setFromArray(positions).getCenter(this.#centre);
     this.#surface.geometry.dispose();
     const geometry = toGeometry(this.#drawn(positions), faces);
     geometry.setAttribute('value', new BufferAttribute(new Float32Array(positions.length / 3), 1));
     this.#surface.geometry = this.#wires.geometry = geometry;
-    if (!isKept) {
-      geometry.computeBoundingSphere();
-      this.#bounds = geometry.boundingSphere!.clone();
-      this.frame();
-    }
+    geometry.computeBoundingSphere();
+    this.#bounds = geometry.boundingSphere!.clone();
+    if (isFirst && faces.length > 0) this.frame();
     this.setValues(undefined);
+  }
+
+  /** Shows no triangles; those that come next are looked at from the beginning. */
+  clear(): void {
+    this.setMesh(new Float64Array(), new Uint32Array());
+    this.#bounds = undefined;
+    this.setMarks([]);
+    this.setPath(undefined);
   }
 
   /** Places as they are drawn. */
@@ -171,15 +200,7 @@ export class Stage {
 
   /** The vertex nearest to a place. O(n). */
   nearest(place: Vector3): number {
-    const positions = this.#surface.geometry.getAttribute('position').array;
-    const { x: a, y: b, z: c } = place.clone().sub(this.#centre);
-    let [nearest, least] = [0, Infinity];
-    for (let v = 0; 3 * v < positions.length; v++) {
-      const [x, y, z] = [positions[3 * v]! - a, positions[3 * v + 1]! - b, positions[3 * v + 2]! - c];
-      const distance = x * x + y * y + z * z;
-      if (distance < least) [nearest, least] = [v, distance];
-    }
-    return nearest;
+    return nearestVertex(this.#surface.geometry.getAttribute('position').array, place.clone().sub(this.#centre));
   }
 
   /** The vertex at a place of the canvas in pixels of CSS; nothing beside the surface. */
@@ -309,6 +330,7 @@ export class Stage {
       mark.scale.setScalar(MARK_RADIUS * pixel * mark.position.distanceTo(this.#camera.position));
     }
     this.#renderer.render(this.#scene, this.#camera);
+    if (bounds && performance.getEntriesByName(PICTURE_MARK).length === 0) performance.mark(PICTURE_MARK);
   }
 
   /** The picture as PNG. */
@@ -322,6 +344,7 @@ export class Stage {
   /** Gives the graphics memory back. */
   dispose(): void {
     if (this.#asked !== undefined) cancelAnimationFrame(this.#asked);
+    this.canvas.removeEventListener('webglcontextrestored', this.#restored);
     for (const { geometry, material } of [this.#surface, this.#wires, this.#path]) {
       geometry.dispose();
       material.dispose();
