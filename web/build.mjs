@@ -1,12 +1,13 @@
 /**
  * Builds the npm package into `lib` and, unless that is all that is asked for (`lib`), the page into `dist/view.html`. `cargo xtask web` calls it, after it has put the
- * WebAssembly and its JavaScript into `src/wasm`.
+ * WebAssembly of two crates and its JavaScript into `src/wasm`.
  */
 
 import { execFileSync } from 'node:child_process';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { basename, dirname, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { deflateRawSync } from 'node:zlib';
 import { build, transform } from 'esbuild';
 import lzma from 'lzma';
 
@@ -43,7 +44,7 @@ const workers = {
   },
 };
 
-/** A third less than deflated; `src/page/lzma.ts` unpacks it. */
+/** A third less than deflated; the crate in `unpack` unpacks it. */
 const packed = (bytes) => Buffer.from(lzma.compress(bytes, 9)).toString('base64');
 
 async function page() {
@@ -58,6 +59,7 @@ async function page() {
   const parts = {
     '/*style*/': style.code.trim(),
     '/*boot*/': boot.outputFiles[0].text.trim(),
+    '<!--ndf:unpack-->': deflateRawSync(readFileSync(path('src/wasm/ndf_unpack_bg.wasm')), { level: 9 }).toString('base64'),
     '<!--ndf:wasm-->': packed(readFileSync(path('src/wasm/ndf_web_bg.wasm'))),
     '<!--ndf:code-->': packed(code.outputFiles[0].contents),
   };

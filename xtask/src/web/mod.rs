@@ -5,7 +5,7 @@ mod testing;
 mod toolchain;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::shell::{self, cargo, root, target};
@@ -35,21 +35,27 @@ fn build_package() -> Result<(), String> {
     shell::run(node().args(["build.mjs", "lib"]))
 }
 
-/// Compiles the crate ndf-web, and puts it and its JavaScript into `web/src/wasm`.
+/// Compiles the crate ndf-web and the one that unpacks the page, and puts them and their JavaScript into `web/src/wasm`.
 fn webassembly() -> Result<(), String> {
-    let build = target().join("web");
     // With this crate type alone the crates below need no code of their own before all of it is optimised together.
-    let library = ["rustc", "--package", "ndf-web", "--lib", "--crate-type", "cdylib"];
-    let mut compiling = cargo(&library);
+    let library = ["rustc", "--package", "ndf-web", "--lib", "--crate-type", "cdylib", "--profile", "web"];
+    compile(&library, &target().join("web"), "web/ndf_web.wasm")?;
+    let unpacking = ["build", "--manifest-path", "web/unpack/Cargo.toml", "--release"];
+    compile(&unpacking, &target().join("web-unpack"), "release/ndf_unpack.wasm")
+}
+
+/// Compiles one crate into a folder, where the module is then, and writes its JavaScript.
+fn compile(command: &[&str], build: &Path, module: &str) -> Result<(), String> {
+    let mut compiling = cargo(command);
     compiling
-        .args(["--profile", "web", "--locked", "--target", TARGET])
-        .env("CARGO_TARGET_DIR", &build)
+        .args(["--locked", "--target", TARGET])
+        .env("CARGO_TARGET_DIR", build)
         .env("RUSTFLAGS", flags()?);
     if let Some(rustc) = toolchain::rustc()? {
         compiling.env("RUSTC", rustc);
     }
     shell::run(&mut compiling)?;
-    let module = build.join(TARGET).join("web/ndf_web.wasm");
+    let module = build.join(TARGET).join(module);
     let mut glue = cargo(&["run", "--quiet", "--locked", "--manifest-path", "web/bindgen/Cargo.toml", "--"]);
     glue.arg(module).arg(folder().join("src/wasm")).env("CARGO_TARGET_DIR", target().join("web-bindgen"));
     shell::run(&mut glue)

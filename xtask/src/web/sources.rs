@@ -14,7 +14,7 @@ const NO_PART: &[&str] =
 
 /// The JavaScript's sources, in `web`.
 const JAVASCRIPT: &[&str] =
-    &["build.mjs", "package-lock.json", "tsconfig.json", "src", "bindgen/src", "bindgen/Cargo.lock"];
+    &["build.mjs", "package-lock.json", "tsconfig.json", "src", "bindgen/src", "bindgen/Cargo.lock", "unpack"];
 
 /// Where the hash lies, beside the page.
 fn place() -> PathBuf {
