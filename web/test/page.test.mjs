@@ -194,6 +194,9 @@ test('the slider shows other meshes, coarse ones while it is dragged', async () 
     const { report } = (await window.ndf).viewer;
     return report.vertices !== vertices && report.components === undefined;
   }, before.vertices);
+  // What is said meanwhile does not move the slider away under the pointer.
+  assert.match(await page.locator('#length-now').textContent(), /≈ [\d,]+ faces/);
+  assert.deepEqual(await slider.boundingBox(), box);
   await page.mouse.up();
   await until(page, async () => {
     const { viewer } = await window.ndf;

@@ -64,7 +64,8 @@ export class Panel {
       if (length === undefined) return;
       const { report } = viewer;
       const faces = report?.target_edge_length ? report.faces * (report.target_edge_length / length) ** 2 : 0;
-      this.#get('length-now').textContent = `${readable(length)}, about ${readable(faces)} faces`;
+      const about = Number(faces.toPrecision(2)).toLocaleString('en');
+      this.#get('length-now').textContent = `${readable(length)}, ≈ ${about} faces`;
       viewer.setEdgeLength(length, { isFinal }).catch(wishes.failed);
     };
     slider.addEventListener('input', () => asked(false));

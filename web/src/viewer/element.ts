@@ -4,14 +4,12 @@ import { Abandoned, WorkerSurface, type WorkerOptions } from '../client.js';
 import { messageOf } from '../message.js';
 import type { Description, Extracted, FileFormat, GeodesicPath, Modes, Report } from '../types.js';
 import { COLORMAPS, roundStep, scaleOf, type Colormap } from './colours.js';
+import { Extractions, type Length, type Shown } from './extractions.js';
 import { listen } from './input.js';
 import { Legend } from './legend.js';
 import { PLAIN, byDistance, byMode, byScalar, legendOf, looksOn, modeOf, type Looks, type View } from './looks.js';
 import { Stage, nearestVertex, type Theme, type Up } from './stage.js';
 import { STYLE } from './style.js';
-
-/** A mesh to be shown. */
-type Shown = Extracted & { positions: Float64Array };
 
 /** A file, and the length of the edges it is shown with. */
 interface Opened {
@@ -19,18 +17,6 @@ interface Opened {
   name: string;
   edgeLength?: number | undefined;
 }
-
-/** An edge length that was asked for, and whoever waits for its mesh. */
-interface Wanted {
-  length: number | undefined;
-  relative: boolean;
-  isFinal: boolean;
-  resolve(mesh: Extracted): void;
-  reject(error: unknown): void;
-}
-
-/** Seconds that a mesh may take while the edge length is being dragged. */
-const DRAG_SECONDS = 0.06;
 
 /** Isolines in a picture of distances, about. */
 const ISOLINES = 24;
@@ -78,19 +64,25 @@ export class NdfViewer extends HTMLElement {
   #asked = 0;
   /** What the last question that is not yet answered will show. */
   #askedView: View | undefined;
-  #wanted: Wanted | undefined;
-  #isExtracting = false;
-  /** The edge length that was asked for last, in the units of the file, until its mesh is shown. */
-  #askedLength: number | undefined;
-  /** The edge length of the last mesh that was not one for dragging. */
-  #settledLength: number | undefined;
-  /** Whether the mesh that is shown is only there until a finer one is. */
-  #isCoarse = false;
-  /** Seconds of an extraction for edges of unit length: they grow as the square of the fineness. */
-  #effort = 0;
   /** Whether the element is in a document, and its attributes are followed. */
   #isStarted = false;
   #isReady = false;
+  readonly #extractions = new Extractions({
+    surface: () => this.#surface,
+    description: () => this.#description,
+    busy: (what, work) => this.#busy(what, work),
+    looksOn: (surface, mesh, isShort) => this.#looksOn(surface, mesh, isShort),
+    show: (mesh, looks) => this.#shown(mesh, looks),
+    learn: (report, description) => {
+      this.#report = report;
+      this.#description = description;
+      this.#changed();
+    },
+    failed: () => {
+      this.#askedView = undefined;
+      this.#changed();
+    },
+  });
   #readied = new Set<() => void>();
   readonly #canvas: HTMLCanvasElement;
   readonly #legend: Legend;
@@ -134,7 +126,7 @@ export class NdfViewer extends HTMLElement {
     this.#darkness.removeEventListener('change', this.#setTheme);
     this.#resizing.disconnect();
     // It is opened again as it was.
-    if (this.#file) this.#file = { ...this.#file, edgeLength: this.#settledLength ?? this.#file.edgeLength };
+    if (this.#file) this.#file = { ...this.#file, edgeLength: this.#extractions.settled ?? this.#file.edgeLength };
     this.#close();
     this.#stage?.dispose();
     this.#stage = undefined;
@@ -142,15 +134,11 @@ export class NdfViewer extends HTMLElement {
 
   /** Gives up what is asked of the surface, and the surface. */
   #close(): void {
-    this.#wanted?.reject(new Abandoned());
-    this.#wanted = undefined;
+    this.#extractions.reset(false);
     this.#surface?.free();
     this.#surface = undefined;
     this.#description = undefined;
     this.#report = undefined;
-    this.#settledLength = undefined;
-    this.#askedLength = undefined;
-    this.#effort = 0;
     this.#isReady = false;
     this.#looks = PLAIN;
     this.#places = [undefined, undefined];
@@ -306,7 +294,7 @@ export class NdfViewer extends HTMLElement {
         if (this.#stage) this.#say(undefined);
         const report = { vertices: positions.length / 3, faces: mesh.faces.length / 3, seconds: 0 };
         this.#stage?.clear();
-        this.#isCoarse = surface.description.kind === 'model';
+        this.#extractions.reset(true);
         this.#shown({ ...mesh, positions, report }, PLAIN);
       } catch (error) {
         surface.free();
@@ -324,10 +312,10 @@ export class NdfViewer extends HTMLElement {
   /** Shows the mesh that is wanted in the place of the coarse one that is there first, and what is true of it. */
   async #refine(file: Opened): Promise<void> {
     try {
-      if (this.#isCoarse) {
+      if (this.#description?.kind === 'model') {
         const length = file.edgeLength ?? this.#number('edge-length');
-        const isShown = length === undefined ? undefined : await this.#attempt(this.#extracted({ length }));
-        if (!isShown) await this.#attempt(this.#extracted({}));
+        const isShown = length === undefined ? undefined : await this.#attempt(this.#extractions.ask({ length }));
+        if (!isShown) await this.#attempt(this.#extractions.ask({}));
       } else {
         const report = await this.#opened().report();
         if (this.#file === file) this.#report = report;
@@ -383,7 +371,7 @@ export class NdfViewer extends HTMLElement {
 
   /** The edge length of what is shown, or of what was asked for last and is not yet there. */
   get edgeLength(): number | undefined {
-    return this.#askedLength ?? this.#report?.target_edge_length;
+    return this.#extractions.asked ?? this.#report?.target_edge_length;
   }
 
   /** The vertex from which distances are shown. */
@@ -455,83 +443,14 @@ export class NdfViewer extends HTMLElement {
    * dragged (`isFinal` false) a mesh is shown that is coarse enough to be there at once, and only the last one asked for: the
    * calls it overtakes reject ({@link Abandoned}). If there is no such mesh, the one before stays or comes back.
    */
-  async setEdgeLength(length: number | undefined, options: { isFinal?: boolean; relative?: boolean } = {}): Promise<Extracted> {
+  async setEdgeLength(length: number | undefined, options: Omit<Length, 'length'> = {}): Promise<Extracted> {
     const surface = this.#opened();
     if (this.#working > 0 && this.#writing === 0) surface.abandon();
-    return this.#extracted({ length, ...options });
-  }
-
-  #extracted({ length, isFinal = true, relative = false }: Partial<Wanted>): Promise<Extracted> {
-    this.#wanted?.reject(new Abandoned());
-    this.#askedLength = length !== undefined && relative ? length * (this.#description?.scale ?? 1) : length;
-    return new Promise((resolve, reject) => {
-      this.#wanted = { length, relative, isFinal, resolve, reject };
-      void this.#extractWanted();
-    });
-  }
-
-  async #extractWanted(): Promise<void> {
-    if (this.#isExtracting) return;
-    this.#isExtracting = true;
-    while (this.#wanted) {
-      const wanted = this.#wanted;
-      this.#wanted = undefined;
-      try {
-        wanted.resolve(await (wanted.isFinal ? this.#busy('extracting', () => this.#extract(wanted)) : this.#extract(wanted)));
-      } catch (error) {
-        if (wanted.isFinal && !(error instanceof Abandoned)) await this.#goBack();
-        wanted.reject(error);
-      }
-    }
-    this.#isExtracting = false;
-  }
-
-  /** After an extraction that failed: shows what was shown before the edge length was dragged. */
-  async #goBack(): Promise<void> {
-    if (this.#wanted) return;
-    this.#askedLength = this.#askedView = undefined;
-    const length = this.#settledLength;
-    if (this.#isCoarse && length !== undefined) {
-      await this.#busy('extracting', () => this.#extract({ length, relative: false, isFinal: true })).catch(() => undefined);
-    }
-    this.#changed();
-  }
-
-  async #extract({ length, relative, isFinal }: Pick<Wanted, 'length' | 'relative' | 'isFinal'>): Promise<Extracted> {
-    const surface = this.#opened();
-    const goesOn = () => {
-      if (surface !== this.#surface || (isFinal && this.#wanted)) throw new Abandoned();
-    };
-    const { scale, default_edge_length: usual } = this.#description!;
-    const inUnits = length === undefined ? usual : length * (relative ? (scale ?? 1) : 1);
-    const coarsest = Math.sqrt(this.#effort / DRAG_SECONDS);
-    const used = isFinal || inUnits === null ? length : Math.max(inUnits, coarsest);
-    const found = (await surface.extract(used, { report: false, relative: relative && isFinal, positions: true })) as Shown;
-    goesOn();
-    const target = isFinal ? inUnits : used;
-    if (target) found.report.target_edge_length = target;
-    const started = performance.now();
-    const looks = await this.#looksOn(surface, found, !isFinal);
-    goesOn();
-    const seconds = found.report.seconds + (performance.now() - started) / 1000;
-    if (target) this.#effort = seconds * target * target;
-    this.#isCoarse = !isFinal;
-    if (isFinal) this.#askedLength = undefined;
-    this.#shown(found, looks);
-    if (!isFinal) return found;
-    this.#settledLength = target ?? undefined;
-    // What was estimated from the coarse mesh is known better.
-    const isFirst = this.#description === surface.description;
-    const [report, description] = await Promise.all([surface.report(), isFirst ? surface.describe() : this.#description]);
-    goesOn();
-    found.report = this.#report = report;
-    this.#description = description;
-    this.#changed();
-    return found;
+    return this.#extractions.ask({ length, ...options });
   }
 
   /** What is shown, on a mesh that is to take the place of the one before. */
-  async #looksOn(surface: WorkerSurface, { positions, report }: Extracted & { positions: Float64Array }, isShort: boolean): Promise<Looks> {
+  async #looksOn(surface: WorkerSurface, { positions, report }: Shown, isShort: boolean): Promise<Looks> {
     for (;;) {
       const before = this.#looks;
       // What was asked for in vain, since another edge length was, is shown on its mesh.
@@ -573,7 +492,7 @@ export class NdfViewer extends HTMLElement {
       }
       return result;
     } catch (error) {
-      isGivenUp = error instanceof Abandoned && this.#wanted !== undefined;
+      isGivenUp = error instanceof Abandoned && this.#extractions.isWanted;
       throw error;
     } finally {
       if (asked === this.#asked && !isGivenUp) this.#askedView = undefined;

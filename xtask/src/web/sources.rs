@@ -13,8 +13,15 @@ const NO_PART: &[&str] =
     &["experiments", "fuzz", "ndf-baselines", "ndf-cli", "ndf-py", "ndf-testing", "xtask"];
 
 /// The JavaScript's sources, in `web`.
-const JAVASCRIPT: &[&str] =
-    &["build.mjs", "package-lock.json", "tsconfig.json", "src", "bindgen/src", "bindgen/Cargo.lock", "unpack"];
+const JAVASCRIPT: &[&str] = &[
+    "build.mjs",
+    "package-lock.json",
+    "tsconfig.json",
+    "src",
+    "bindgen/src",
+    "bindgen/Cargo.lock",
+    "unpack",
+];
 
 /// Where the hash lies, beside the page.
 fn place() -> PathBuf {
