@@ -192,10 +192,16 @@ fn fits_in_page(model: &Model, wanted: EdgeLength, context: &Context) -> Result<
     if faces <= MAX_FACES_32_BIT as f64 {
         return Ok(());
     }
+    // Two digits: it is an estimate.
+    let unit = 10_f64.powf(faces.log10().floor() - 1.0);
+    let about = if faces < 1e12 {
+        grouped(((faces / unit).round() * unit).round() as usize)
+    } else {
+        format!("{faces:.0e}")
+    };
     let failure = Failure::new(format!(
-        "the edge length {} makes about {} triangles, and a page in the browser holds {}",
+        "the edge length {} makes about {about} triangles, and a page in the browser holds {}",
         readable(length),
-        if faces < 1e12 { grouped(faces as usize) } else { format!("{faces:.0e}") },
         grouped(MAX_FACES_32_BIT)
     ));
     // A little longer: the number of triangles is an estimate.
