@@ -205,5 +205,5 @@ fn lines(mesh: &TriangleMesh, vectors: &[DVec3], sides: u32) -> Lines {
             _ => drawn.extend([along, across].map(|d| [place - length * d, place + length * d])),
         }
     }
-    Lines::from_polylines(drawn.iter().map(|line| line.as_slice()))
+    Lines::from_polylines(drawn.iter().map(<[DVec3; 2]>::as_slice))
 }
