@@ -85,7 +85,7 @@ fn the_shortest_edges_are_foretold() {
 
 #[test]
 fn modes_that_fill_the_memory_are_refused() {
-    let mut surface = Surface::open_with(LEVELS, "a.ndf", EdgeLength::OfBase(0.04)).unwrap();
+    let mut surface = Surface::open_with(LEVELS, "a.ndf", EdgeLength::OfBase(0.03)).unwrap();
     let vertices = surface.mesh().vertex_count();
     assert!(vertices > 1 << 13, "{vertices}");
     assert!(matches!(surface.modes(vertices), Err(SurfaceError::TooManyModes { .. })));
