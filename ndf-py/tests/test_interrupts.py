@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSI
 #: Work that takes long on a mesh of some 100,000 faces; each would go on for far longer than it is waited for.
 WORK = {
     "extract": "model.extract(0.0015, report=True)",
-    "intrinsic": "ndf.remesh(V, F, 0.0015, method='intrinsic')",
+    "intrinsic": "ndf.remesh(V, F, 0.0025, method='intrinsic')",
     "isotropic": "ndf.remesh(V, F, 0.002)",
     "winding": "ndf.winding_number(V, F, np.tile(Q, (200, 1)))",
     "closest": "ndf.closest_point(V, F, np.tile(Q, (50, 1)))",
