@@ -1,8 +1,8 @@
 //! The program `ndf`: a thin composition of the library crates.
 //!
 //! [`run`] is the whole program: it reads the arguments, calls one of the [commands] and prints what
-//! it gives back. Commands print nothing themselves. They return an [`Outcome`](output::Outcome), or a
-//! [`Failure`](output::Failure) of one sentence; progress and warnings go through their
+//! it gives back. Commands print nothing themselves. They return an [`Outcome`], or a
+//! [`Failure`] of one sentence; progress and warnings go through their
 //! [`Context`] to the error stream.
 //!
 //! To add a command: a file in `commands/` with its arguments and a function
