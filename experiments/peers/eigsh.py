@@ -1,7 +1,7 @@
 """SciPy's eigsh on matrices of the project, timed on request: the peer of `cargo xtask spectra`.
 
     python3 -m venv VENV && VENV/bin/pip install numpy scipy
-    VENV/bin/pip install scikit-sparse          # optional, with Debian's libsuitesparse-dev: CHOLMOD
+    VENV/bin/pip install scikit-sparse          # optional, with libsuitesparse-dev: CHOLMOD (Debian 12 has it for 0.4.16)
 
 Usage: eigsh.py FOLDER MODES SHIFT. The folder holds the Laplacian and the lumped mass matrix as raw little-endian
 arrays. Prints a JSON line with versions; then for every line `superlu` or `cholmod` on standard input a JSON line with

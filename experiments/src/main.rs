@@ -53,6 +53,16 @@ enum Experiment {
         #[command(flatten)]
         timing: performance::Timing,
     },
+    /// Time many eigenmodes, beside SciPy with CHOLMOD if an interpreter is given, and write the table of docs/performance.md
+    ManyModes {
+        #[command(flatten)]
+        meshes: performance::Meshes,
+        #[command(flatten)]
+        timing: performance::Timing,
+        /// How many, of meshes that are given
+        #[arg(long, default_value_t = 100)]
+        modes: usize,
+    },
     /// Measure the memory of training and write the table of docs/performance.md
     Training {
         #[command(flatten)]
@@ -80,6 +90,7 @@ fn main() -> ExitCode {
             performance::geodesics(&meshes, &timing, vtp.as_deref())
         }
         Experiment::Spectra { meshes, timing } => performance::spectra(&meshes, &timing),
+        Experiment::ManyModes { meshes, timing, modes } => performance::many_modes(&meshes, &timing, modes),
         Experiment::Training { meshes } => performance::training(&meshes),
         Experiment::Measure(mesh) => performance::measure(mesh),
     };

@@ -38,6 +38,19 @@ impl<R: Row> Rows<R> {
             Some(earlier) => *earlier = row,
             None => self.rows.push(row),
         }
+        self.write()
+    }
+
+    /// Takes a line away, if it is there, and writes the file.
+    pub(crate) fn remove(&mut self, key: &str) -> Result<(), String> {
+        if !self.contains(key) {
+            return Ok(());
+        }
+        self.rows.retain(|row| row.key() != key);
+        self.write()
+    }
+
+    fn write(&self) -> Result<(), String> {
         let bytes = || -> Result<Vec<u8>, csv::Error> {
             let mut writer = csv::Writer::from_writer(Vec::new());
             self.rows.iter().try_for_each(|row| writer.serialize(row))?;

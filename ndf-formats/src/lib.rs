@@ -1,5 +1,5 @@
 //! Readers of the files in which surfaces come that are no meshes: scans ([`point_cloud`]), Gaussian [`splats`], and the
-//! [`tensors`] of networks.
+//! [`tensors`] of networks. And a writer of sparse matrices, for those who compute elsewhere ([`sparse`]).
 //!
 //! What a file is, its content decides ([`sniff()`]). No reader trusts it: nothing in a file is executed, counts reserve no memory before
 //! the data is there, and every malformed file ends in an error of one sentence. Formats that need large libraries are
@@ -17,6 +17,8 @@
 
 pub mod point_cloud;
 mod sniff;
+#[cfg(feature = "zip")]
+pub mod sparse;
 pub mod splats;
 pub mod tensors;
 

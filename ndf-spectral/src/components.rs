@@ -1,4 +1,6 @@
 //! Connected components, whose indicator functions span the kernel of the Laplacian.
+//!
+//! Where values are held at zero, a component with such vertices has no constants in the kernel. It is none of those counted here.
 
 use crate::csr::CsrMatrix;
 use crate::panel::{Row, WIDTH};
@@ -6,11 +8,14 @@ use crate::panel::{Row, WIDTH};
 /// The connected components of a surface and their areas.
 #[derive(Clone, Debug)]
 pub struct Components {
-    /// Component of every vertex; numbered in the order of their first vertices.
+    /// Component of every vertex; numbered in the order of their first vertices. [`NONE`] in components with held vertices.
     of_vertex: Vec<u32>,
     /// Area of every component.
     areas: Vec<f64>,
 }
+
+/// The number of components whose constants are not in the kernel.
+const NONE: u32 = u32::MAX;
 
 impl Components {
     /// Components of the graph of the Laplacian; areas by the mass matrix. O(n).
@@ -39,6 +44,23 @@ impl Components {
             areas.push(area);
         }
         Self { of_vertex, areas }
+    }
+
+    /// Those without held vertices, on the free vertices.
+    pub(crate) fn without(&self, held: &[bool]) -> Self {
+        let mut is_kept = vec![true; self.count()];
+        for (&component, held) in self.of_vertex.iter().zip(held) {
+            is_kept[component as usize] &= !held;
+        }
+        let mut next = 0;
+        let number = |kept: &bool| {
+            next += u32::from(*kept);
+            if *kept { next - 1 } else { NONE }
+        };
+        let numbers: Vec<u32> = is_kept.iter().map(number).collect();
+        let free = self.of_vertex.iter().zip(held).filter(|(_, held)| !**held);
+        let areas = self.areas.iter().zip(&is_kept).filter(|(_, kept)| **kept).map(|(area, _)| *area);
+        Self { of_vertex: free.map(|(&c, _)| numbers[c as usize]).collect(), areas: areas.collect() }
     }
 
     /// The same of vertices in another order: vertex `i` was `order[i]`. Numbers of components stay.
@@ -74,13 +96,15 @@ impl Components {
     pub(crate) fn remove_means(&self, panel: &mut [Row], massed: &[Row]) {
         let mut means = vec![[0.0; WIDTH]; self.count()];
         for (&component, row) in self.of_vertex.iter().zip(massed) {
-            means[component as usize].iter_mut().zip(&row.0).for_each(|(sum, x)| *sum += x);
+            let Some(mean) = means.get_mut(component as usize) else { continue };
+            mean.iter_mut().zip(&row.0).for_each(|(sum, x)| *sum += x);
         }
         for (mean, area) in means.iter_mut().zip(&self.areas) {
             mean.iter_mut().for_each(|sum| *sum /= area);
         }
         for (&component, row) in self.of_vertex.iter().zip(panel) {
-            row.0.iter_mut().zip(&means[component as usize]).for_each(|(x, mean)| *x -= mean);
+            let Some(mean) = means.get(component as usize) else { continue };
+            row.0.iter_mut().zip(mean).for_each(|(x, mean)| *x -= mean);
         }
     }
 

@@ -162,6 +162,30 @@ impl CsrMatrix {
         (0..self.row_count()).map(product).collect()
     }
 
+    /// The rows and columns of a square matrix that are kept, in their order. O(entries).
+    ///
+    /// # Panics
+    /// If there is not one mark for every row.
+    pub fn restricted(&self, kept: &[bool]) -> Self {
+        assert_eq!([kept.len(), self.column_count], [self.row_count(); 2]);
+        let mut count = 0;
+        let position = |kept: &bool| {
+            count += usize::from(*kept);
+            count.wrapping_sub(1)
+        };
+        let positions: Vec<usize> = kept.iter().map(position).collect();
+        let (mut offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        for row in (0..kept.len()).filter(|&row| kept[row]) {
+            let (all, entries) = self.row(row);
+            for (&column, &value) in all.iter().zip(entries).filter(|(column, _)| kept[**column]) {
+                columns.push(positions[column]);
+                values.push(value);
+            }
+            offsets.push(columns.len());
+        }
+        Self { column_count: count, offsets, columns, values }
+    }
+
     /// `self + factor · other` for a matrix whose pattern is part of this one's. O(entries).
     ///
     /// # Panics

@@ -16,6 +16,9 @@ pub enum SpectralError {
         /// How many vertices, hence modes, there are.
         vertices: usize,
     },
+    /// No vertex is free.
+    #[error("the values of all vertices are held, so that there are no modes")]
+    AllHeld,
     /// The shift is not a positive number.
     #[error("the shift must be a positive number, not {0}")]
     Shift(f64),

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::assembly::permuted;
 use crate::csr::CsrMatrix;
 use crate::error::SpectralError;
-use crate::panel::{Panel, Row, WIDTH};
+use crate::panel::{Panel, Row, WIDTH, multiply};
 use crate::triangular;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -21,6 +22,9 @@ use faer::{Par, Side};
 /// larger blocks are faster to solve with than many tiny ones. (The thresholds of CHOLMOD; Chen, Davis, Hager and
 /// Rajamanickam 2008.)
 const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+
+/// Entries of LDLᵀ without pivoting above this cost more digits of a solution than modes can spare.
+const GROWTH: f64 = 5e3;
 
 /// All threads of the current pool.
 #[cfg(not(target_family = "wasm"))]
@@ -106,6 +110,26 @@ impl SymbolicCholesky {
     /// # Errors
     /// If memory is short.
     pub fn negative_eigenvalues(&self, matrix: &CsrMatrix) -> Result<Option<usize>, SpectralError> {
+        Ok(self.pivoted(matrix)?.map(|(_, pivots)| negative(&pivots)))
+    }
+
+    /// The factorisation LDLᵀ of a symmetric matrix of the analysed pattern that may have negative eigenvalues. `None` if its
+    /// pivots cannot be trusted. About O(n^1.5) for surfaces.
+    ///
+    /// # Errors
+    /// If memory is short.
+    pub(crate) fn indefinite(&self, matrix: &CsrMatrix) -> Result<Option<Indefinite>, SpectralError> {
+        let Some((mut values, pivots)) = self.pivoted(matrix)? else { return Ok(None) };
+        self.diagonal().for_each(|slot| values[slot] = 1.0);
+        triangular::invert_triangles(self.supernodes(), &mut values);
+        let growth = values.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let (order, position) = self.order();
+        let refined = (growth > GROWTH).then(|| permuted(matrix, order, position));
+        Ok(Some(Indefinite { symbolic: self.clone(), values, pivots, refined }))
+    }
+
+    /// Entries of LDLᵀ, with the pivots on the diagonal, and these. `None` if one is zero or not finite.
+    fn pivoted(&self, matrix: &CsrMatrix) -> Result<Option<(Vec<f64>, Vec<f64>)>, SpectralError> {
         let par = parallelism();
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
         let mut memory =
@@ -123,15 +147,80 @@ impl SymbolicCholesky {
         if factored.is_err() {
             return Ok(None);
         }
+        let pivots: Vec<f64> = self.diagonal().map(|slot| values[slot]).collect();
+        let trusted = pivots.iter().all(|p| p.is_finite() && *p != 0.0);
+        Ok(trusted.then_some((values, pivots)))
+    }
+
+    /// Where the diagonal lies in the values of a factor.
+    fn diagonal(&self) -> impl Iterator<Item = usize> + '_ {
         let s = self.supernodes();
-        let mut pivots = Vec::with_capacity(matrix.row_count());
-        for node in 0..s.n_supernodes() {
+        (0..s.n_supernodes()).flat_map(move |node| {
             let columns = s.supernode_end()[node] - s.supernode_begin()[node];
             let rows = columns + s.nnz_per_super()[node];
-            pivots.extend((0..columns).map(|c| values[s.col_ptr_for_val()[node] + c * rows + c]));
-        }
-        let trusted = pivots.iter().all(|p| p.is_finite() && *p != 0.0);
-        Ok(trusted.then(|| pivots.iter().filter(|p| **p < 0.0).count()))
+            (0..columns).map(move |c| s.col_ptr_for_val()[node] + c * rows + c)
+        })
+    }
+
+    /// The row of the matrix behind every row of a factor, and the inverse: the row of the factor for every row of the
+    /// matrix.
+    fn order(&self) -> (&[usize], &[usize]) {
+        self.symbolic.perm().expect("an ordering was computed").arrays()
+    }
+}
+
+/// How many numbers are negative.
+fn negative(pivots: &[f64]) -> usize {
+    pivots.iter().filter(|p| **p < 0.0).count()
+}
+
+/// The inverse of a symmetric matrix, as a factorisation applies it.
+pub(crate) trait Inverse: Sync {
+    /// The row of the matrix behind every row of the factor, and the inverse: the row of the factor for every row of
+    /// the matrix.
+    fn order(&self) -> (&[usize], &[usize]);
+
+    /// Solves for a panel of right-hand sides in the [order](Self::order) of the factor, which is replaced by the
+    /// solutions.
+    fn solve_in_order(&self, panel: &mut Panel);
+}
+
+/// A factorisation `P A Pᵀ = L D Lᵀ` of a symmetric matrix, definite or not, without pivoting. Where its entries are large, each solution is
+/// refined once (Wilkinson 1963).
+pub(crate) struct Indefinite {
+    symbolic: SymbolicCholesky,
+    /// Trapezoids of the supernodes, with ones on the diagonal, their triangles [inverted](triangular::invert_triangles).
+    values: Vec<f64>,
+    /// The diagonal of D.
+    pivots: Vec<f64>,
+    /// The matrix in the factor's order, where solutions are refined.
+    refined: Option<CsrMatrix>,
+}
+
+impl Indefinite {
+    /// How many eigenvalues are negative.
+    pub(crate) fn negative_eigenvalues(&self) -> usize {
+        negative(&self.pivots)
+    }
+}
+
+impl Inverse for Indefinite {
+    fn order(&self) -> (&[usize], &[usize]) {
+        self.symbolic.order()
+    }
+
+    fn solve_in_order(&self, panel: &mut Panel) {
+        let solve = |panel: &mut Panel| {
+            triangular::solve(self.symbolic.supernodes(), &self.values, &self.pivots, panel);
+        };
+        let Some(matrix) = &self.refined else { return solve(panel) };
+        let mut remainder = panel.clone();
+        solve(panel);
+        let mut image = Panel::new();
+        multiply(matrix, panel, &mut image);
+        add(&mut remainder, -1.0, &image);
+        solve(&mut remainder);
+        add(panel, 1.0, &remainder);
     }
 }
 
@@ -173,17 +262,22 @@ impl Cholesky {
             }
         }
     }
+}
 
-    /// Solves for a panel of right-hand sides in the [order](Self::order) of the factor, which is replaced by the
-    /// solutions.
-    pub(crate) fn solve_in_order(&self, panel: &mut Panel) {
-        triangular::solve(self.symbolic.supernodes(), &self.values, panel);
+impl Inverse for Cholesky {
+    fn order(&self) -> (&[usize], &[usize]) {
+        self.symbolic.order()
     }
 
-    /// The row of the matrix behind every row of the factor, and the inverse: the row of the factor for every row of
-    /// the matrix.
-    pub(crate) fn order(&self) -> (&[usize], &[usize]) {
-        self.symbolic.symbolic.perm().expect("an ordering was computed").arrays()
+    fn solve_in_order(&self, panel: &mut Panel) {
+        triangular::solve(self.symbolic.supernodes(), &self.values, &[], panel);
+    }
+}
+
+/// `target += factor · other`.
+fn add(target: &mut Panel, factor: f64, other: &Panel) {
+    for (target, other) in target.iter_mut().zip(other) {
+        target.0.iter_mut().zip(&other.0).for_each(|(x, y)| *x += factor * y);
     }
 }
 

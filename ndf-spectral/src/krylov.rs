@@ -1,4 +1,5 @@
-//! Block Lanczos with thick restart for `(L + σM)⁻¹ M`, which is self-adjoint in the inner product of M.
+//! Block Lanczos with thick restart for `(L − μM)⁻¹ M`, which is self-adjoint in the inner product of M, whether the shift μ
+//! is below all eigenvalues or among them.
 //!
 //! The space grows by blocks. A solve costs as much as reading the factor, which a block reads once; and blocks find
 //! multiple eigenvalues that single vectors see only by rounding. Every new block is orthogonalised against all
@@ -19,14 +20,14 @@ use crate::components::Components;
 use crate::csr::CsrMatrix;
 use crate::dense;
 use crate::error::SpectralError;
-use crate::factorisation::Cholesky;
+use crate::factorisation::Inverse;
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::orthonormal::{Random, orthonormalise};
 use crate::panel::{Panel, Row, WIDTH, add_combination, multiply, products, products_through, transform};
 
 /// A Krylov space with the operator projected onto it.
 pub(crate) struct KrylovSpace<'a> {
-    inverse: &'a Cholesky,
+    inverse: &'a dyn Inverse,
     /// The mass matrix and the components in the factor's order.
     mass: CsrMatrix,
     components: Components,
@@ -43,9 +44,9 @@ pub(crate) struct KrylovSpace<'a> {
     random: Random,
 }
 
-/// Eigenpairs of the projected operator, by descending value.
+/// Eigenpairs of the projected operator, the largest magnitude first.
 pub(crate) struct Ritz {
-    /// Values θ = 1/(λ + σ).
+    /// Values θ = 1/(λ − μ).
     pub(crate) values: Vec<f64>,
     /// Coefficients in the basis, a column each.
     vectors: Mat<f64>,
@@ -67,7 +68,7 @@ impl Ritz {
 
 impl<'a> KrylovSpace<'a> {
     /// A space without dimensions; the next block is random functions.
-    pub(crate) fn new(operator: &LaplaceBeltrami, inverse: &'a Cholesky) -> Result<Self, SpectralError> {
+    pub(crate) fn new(operator: &LaplaceBeltrami, inverse: &'a dyn Inverse) -> Result<Self, SpectralError> {
         let (order, position) = inverse.order();
         let mut space = Self {
             inverse,
@@ -170,8 +171,10 @@ impl<'a> KrylovSpace<'a> {
         let size = self.size();
         let symmetric = Mat::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))]);
         let (ascending, eigenvectors) = dense::self_adjoint_eigen(&symmetric);
-        let values = ascending.into_iter().rev().collect();
-        let vectors = eigenvectors.reverse_cols().to_owned();
+        let mut order: Vec<usize> = (0..size).rev().collect();
+        order.sort_by(|&a, &b| ascending[b].abs().total_cmp(&ascending[a].abs()));
+        let values = order.iter().map(|&i| ascending[i]).collect();
+        let vectors = Mat::from_fn(size, size, |i, j| eigenvectors[(i, order[j])]);
         let remainders = dense::product(&self.coupling, vectors.subrows(size - WIDTH, WIDTH));
         Ritz { values, vectors, remainders }
     }
@@ -187,18 +190,22 @@ impl<'a> KrylovSpace<'a> {
         (0..keep).for_each(|i| self.projected[(i, i)] = ritz.values[i]);
     }
 
-    /// The first `count` Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under
+    /// Some Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under
     /// the operator, which costs nothing here and makes residuals of Lφ = λMφ as small as those of the inverse problem
     /// (Ericsson and Ruhe 1980, §4). In the order of the vertices.
-    pub(crate) fn into_functions(mut self, ritz: &Ritz, count: usize) -> Vec<Panel> {
+    pub(crate) fn into_functions(mut self, ritz: &Ritz, pairs: &[usize]) -> Vec<Panel> {
+        if pairs.is_empty() {
+            return Vec::new();
+        }
         let size = self.size();
-        let coefficients = Mat::from_fn(size + WIDTH, count, |i, j| {
+        let coefficients = Mat::from_fn(size + WIDTH, pairs.len(), |i, k| {
+            let j = pairs[k];
             if i < size { ritz.vectors[(i, j)] } else { ritz.remainders[(i - size, j)] / ritz.values[j] }
         });
         let mut functions = std::mem::take(&mut self.basis);
         transform(&mut functions, &coefficients);
         // The remainders tilt the functions by no more than the residuals: the factor is nearly the identity.
-        orthonormalise(&self.mass, &mut functions, count).expect("Ritz functions are independent");
+        orthonormalise(&self.mass, &mut functions, pairs.len()).expect("Ritz functions are independent");
         let (_, position) = self.inverse.order();
         functions.iter_mut().for_each(|panel| *panel = position.iter().map(|&i| panel[i]).collect());
         functions

@@ -41,6 +41,8 @@ pub struct LaplaceBeltrami {
     laplacian: CsrMatrix,
     mass: CsrMatrix,
     components: Components,
+    /// Of the surface, with all its vertices.
+    area: f64,
 }
 
 impl LaplaceBeltrami {
@@ -104,7 +106,8 @@ impl LaplaceBeltrami {
             }
         }
         let components = Components::new(&laplacian, &mass);
-        Ok(Self { laplacian, mass, components })
+        let area = components.areas().iter().sum();
+        Ok(Self { laplacian, mass, components, area })
     }
 
     /// The stiffness matrix `L`, positive semidefinite.
@@ -125,6 +128,21 @@ impl LaplaceBeltrami {
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
         self.laplacian.row_count()
+    }
+
+    /// The operator on functions that are zero at held vertices (Dirichlet): its rows and columns of the others, in their order. Its
+    /// kernel are the constants on components without held vertices.
+    ///
+    /// # Panics
+    /// If there is not one mark for every vertex.
+    pub(crate) fn holding(&self, held: &[bool]) -> Self {
+        let free: Vec<bool> = held.iter().map(|held| !held).collect();
+        Self {
+            laplacian: self.laplacian.restricted(&free),
+            mass: self.mass.restricted(&free),
+            components: self.components.without(held),
+            area: self.area,
+        }
     }
 
     /// Subtracts from a function its mean over every component.
@@ -153,7 +171,7 @@ impl LaplaceBeltrami {
 
     /// Total area.
     pub fn area(&self) -> f64 {
-        self.components.areas().iter().sum()
+        self.area
     }
 }
 

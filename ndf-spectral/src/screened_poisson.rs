@@ -5,7 +5,8 @@ use ndf_core::progress::Progress;
 use crate::error::SpectralError;
 use crate::factorisation::{Cholesky, SymbolicCholesky};
 use crate::laplace_beltrami::LaplaceBeltrami;
-use crate::modes::{ModeOptions, Modes, Solver};
+use crate::modes::{ModeOptions, Modes};
+use crate::solver::Solver;
 
 /// The factored operator `L + σM`.
 #[derive(Clone, Debug)]

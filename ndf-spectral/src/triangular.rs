@@ -260,15 +260,21 @@ fn subtract<S: Simd, const V: usize>(simd: S, target: &mut Row, x: [S::f64s; V])
     simd::store::<S, V>(target, difference);
 }
 
-/// Solves `L Lᵀ x = b`, in the order of the factor, whose triangles are [inverted](invert_triangles); `b` is replaced
-/// by `x`.
-pub(crate) fn solve(structure: &SymbolicSupernodalCholesky<usize>, values: &[f64], x: &mut [Row]) {
-    simd::run(Solve { structure, values, x });
+/// Solves `L D Lᵀ x = b`, in the order of the factor, whose triangles are [inverted](invert_triangles); `b` is replaced
+/// by `x`. Without pivots D is the identity.
+pub(crate) fn solve(
+    structure: &SymbolicSupernodalCholesky<usize>,
+    values: &[f64],
+    pivots: &[f64],
+    x: &mut [Row],
+) {
+    simd::run(Solve { structure, values, pivots, x });
 }
 
 struct Solve<'a> {
     structure: &'a SymbolicSupernodalCholesky<usize>,
     values: &'a [f64],
+    pivots: &'a [f64],
     x: &'a mut [Row],
 }
 
@@ -279,6 +285,9 @@ impl Kernel for Solve<'_> {
     fn run<S: Simd, const V: usize>(self, simd: S) {
         for s in 0..self.structure.n_supernodes() {
             Supernode::new(self.structure, s).forward::<S, V>(simd, self.values, self.x);
+        }
+        for (row, pivot) in self.x.iter_mut().zip(self.pivots) {
+            row.0.iter_mut().for_each(|x| *x /= pivot);
         }
         for s in (0..self.structure.n_supernodes()).rev() {
             Supernode::new(self.structure, s).backward::<S, V>(simd, self.values, self.x);

@@ -16,6 +16,18 @@ impl VertexFunctions {
         Self { vertex_count, count, values: vec![0.0; vertex_count * count] }
     }
 
+    /// No functions, and memory for so many.
+    pub(crate) fn with_capacity(vertex_count: usize, count: usize) -> Self {
+        Self { vertex_count, count: 0, values: Vec::with_capacity(vertex_count * count) }
+    }
+
+    /// One more function, which is zero, to be changed.
+    pub(crate) fn push(&mut self) -> &mut [f64] {
+        self.count += 1;
+        self.values.resize(self.count * self.vertex_count, 0.0);
+        self.function_mut(self.count - 1)
+    }
+
     /// Number of vertices V.
     pub fn vertex_count(&self) -> usize {
         self.vertex_count

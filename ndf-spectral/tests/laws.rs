@@ -294,3 +294,100 @@ fn a_vertex_far_away_is_no_panic() {
         }
     }
 }
+
+#[test]
+fn many_modes_are_those_of_a_dense_solver_and_none_is_missing() {
+    // Without symmetries; with eigenvalues of high multiplicity; with a boundary; in several equal parts.
+    let sphere = potato(2);
+    let count = sphere.vertex_count() as u32;
+    let copied = |copy: u32| sphere.positions().iter().map(move |p| *p + 10.0 * f64::from(copy) * DVec3::X);
+    let positions = (0..4).flat_map(copied).collect();
+    let faces = (0..4).flat_map(|copy| sphere.faces().iter().map(move |f| f.map(|v| v + copy * count)));
+    let four = TriangleMesh::new(positions, faces.collect()).unwrap();
+    for mesh in [potato(3), shapes::icosphere(3), shapes::grid(30, 25), four] {
+        let operator = operator(mesh, Mass::Barycentric);
+        let few = modes(&operator, 100);
+        let many = modes(&operator, 300);
+        check(&operator, &many);
+        for (a, b) in many.eigenvalues.iter().zip(&few.eigenvalues) {
+            assert_relative_eq!(a, b, max_relative = 1e-9, epsilon = 1e-12);
+        }
+        let all = modes(&operator, operator.vertex_count());
+        for (a, b) in many.eigenvalues.iter().zip(&all.eigenvalues) {
+            assert_relative_eq!(a, b, max_relative = 1e-9, epsilon = 1e-9);
+        }
+    }
+}
+
+#[test]
+fn modes_that_are_held_at_zero_are_those_of_intervals_and_of_discs() {
+    // Of a rectangle with all sides held, and with two opposite ones: sin sin and sin cos.
+    let (width, height) = (3.0, 2.0);
+    let (a, b) = ((PI / width).powi(2), (PI / height).powi(2));
+    let exact = |from: i32| {
+        let all = (1..12).flat_map(|i| (from..12).map(move |j| a * f64::from(i * i) + b * f64::from(j * j)));
+        let mut all: Vec<f64> = all.collect();
+        all.sort_by(f64::total_cmp);
+        all.truncate(21);
+        all
+    };
+    for all_sides in [true, false] {
+        let exact = exact(i32::from(all_sides));
+        let errors = [16, 32].map(|n| {
+            let grid = shapes::grid(3 * n, 2 * n);
+            let size = grid.bounds().extent();
+            let grid = grid.map_positions(|p| DVec3::new(p.x * width / size.x, p.y * height / size.y, p.z));
+            let (low, high) = (grid.bounds().min, grid.bounds().max);
+            let is_end = |x: f64, low: f64, high: f64| (x - low).min(high - x) < 1e-9;
+            let held: Vec<bool> = (grid.positions().iter())
+                .map(|p| is_end(p.x, low.x, high.x) || all_sides && is_end(p.y, low.y, high.y))
+                .collect();
+            let operator = operator(grid, Mass::Barycentric);
+            let options = ModeOptions { count: exact.len(), ..ModeOptions::default() };
+            let modes = operator.modes_holding(&held, &options, &NoProgress).unwrap();
+            assert!(modes.verified);
+            let products: Vec<Vec<f64>> =
+                modes.functions.iter().map(|f| modes.coefficients(&operator, f)).collect();
+            for (i, row) in products.iter().enumerate() {
+                row.iter().enumerate().for_each(|(j, product)| {
+                    assert_relative_eq!(*product, f64::from(u8::from(i == j)), epsilon = 1e-10);
+                });
+            }
+            for function in modes.functions.iter() {
+                assert!(function.iter().zip(&held).all(|(x, held)| !held || *x == 0.0));
+            }
+            let error = |(found, exact): (&f64, &f64)| (found - exact).abs() / exact;
+            modes.eigenvalues.iter().zip(&exact).map(error).fold(0.0, f64::max)
+        });
+        assert!((3.6..4.4).contains(&(errors[0] / errors[1])) && errors[1] < 0.02, "{errors:?}");
+    }
+}
+
+#[test]
+fn parts_without_held_vertices_keep_their_zeros() {
+    let part = shapes::grid(20, 20);
+    let count = part.vertex_count() as u32;
+    let moved = part.positions().iter().map(|p| *p + 100.0 * DVec3::X);
+    let positions = part.positions().iter().copied().chain(moved).collect();
+    let faces = part.faces().iter().copied().chain(part.faces().iter().map(|f| f.map(|v| v + count)));
+    let two = TriangleMesh::new(positions, faces.collect()).unwrap();
+    let both = operator(two, Mass::Barycentric);
+    let single = operator(part, Mass::Barycentric);
+    let options = ModeOptions { count: 12, ..ModeOptions::default() };
+    // A corner of the first is held: its zero becomes an eigenvalue, the second keeps its own.
+    let holding = |operator: &LaplaceBeltrami| {
+        let held: Vec<bool> = (0..operator.vertex_count()).map(|v| v == 0).collect();
+        operator.modes_holding(&held, &options, &NoProgress).unwrap().eigenvalues
+    };
+    let mut expected = holding(&single);
+    assert!(expected[0] > 0.0);
+    expected.extend(modes(&single, 12).eigenvalues);
+    expected.sort_by(f64::total_cmp);
+    for (a, b) in holding(&both).iter().zip(&expected) {
+        assert_relative_eq!(a, b, max_relative = 1e-8);
+    }
+    let none = single.modes_holding(&vec![false; single.vertex_count()], &options, &NoProgress).unwrap();
+    assert_eq!(none.eigenvalues[0], 0.0);
+    let all = vec![true; single.vertex_count()];
+    assert!(matches!(single.modes_holding(&all, &options, &NoProgress), Err(SpectralError::AllHeld)));
+}

@@ -2,17 +2,19 @@
 
 use std::time::Instant;
 
-use ndf_core::{Cancelled, Progress};
+use ndf_core::{Cancelled, DVec3, Progress};
 use ndf_intrinsic::ExtractionReport;
 use ndf_mesh::metrics::{Distances, MeasureError, MeasureOptions, measure_with};
 use ndf_mesh::quality::{Quality, SmallestAngles, Spread};
 use ndf_mesh::repair::finite_part;
+use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::{ManifoldMesh, SelfIntersections, TriangleMesh, ValidationReport};
 use ndf_train::MetricReport;
 use serde::Serialize;
 
 use crate::band::BandFigures;
 use crate::describe::{ModelBytes, in_words};
+use crate::deviations::{deviations, deviations_from_points};
 use crate::{Fitted, Kind, LevelRule};
 
 /// Figures of [`Fitted`], as `ndf fit --json` has them.
@@ -264,10 +266,10 @@ pub struct MeasureFigures {
     pub mesh_to_reference: Distances,
     /// The larger of both maxima.
     pub hausdorff: f64,
-    /// Mean angle between the normals at samples and at the points closest to them, in degrees.
-    pub normal_deg_mean: f64,
-    /// Share of the samples of the mesh whose face normal opposes that of the reference.
-    pub flipped_fraction: f64,
+    /// Mean angle between the normals at samples and at the points closest to them, in degrees. `None` of points.
+    pub normal_deg_mean: Option<f64>,
+    /// Share of the samples of the mesh whose face normal opposes that of the reference. `None` of points.
+    pub flipped_fraction: Option<f64>,
     /// Diagonal of the bounds of the reference.
     pub diagonal: f64,
     /// `input`: lengths are in the units of the meshes.
@@ -308,8 +310,8 @@ impl MeasureFigures {
             reference_to_mesh: found.reference_to_mesh,
             mesh_to_reference: found.mesh_to_reference,
             hausdorff: found.hausdorff,
-            normal_deg_mean: found.normal_angle_mean.to_degrees(),
-            flipped_fraction: found.flipped_fraction,
+            normal_deg_mean: Some(found.normal_angle_mean.to_degrees()),
+            flipped_fraction: Some(found.flipped_fraction),
             diagonal: found.diagonal,
             unit: "input",
             area_left_out: LeftOutFigures { reference: reference_left_out, mesh: mesh_left_out },
@@ -317,4 +319,58 @@ impl MeasureFigures {
             seconds: started.elapsed().as_secs_f64(),
         })
     }
+
+    /// Measures points, all of them, in place of a mesh: how far each is from the reference, and how far samples of the reference are
+    /// from the nearest point. O((n + s) log n) for n points and s samples.
+    ///
+    /// # Errors
+    /// If the reference has no area, there are no samples or no points, or the observer asks to stop.
+    pub fn of_points(
+        reference: &TriangleMesh,
+        points: &[DVec3],
+        options: &MeasureOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, MeasureError> {
+        if options.samples == 0 {
+            return Err(MeasureError::NoSamples);
+        }
+        if points.is_empty() {
+            return Err(MeasureError::Mesh);
+        }
+        let started = Instant::now();
+        let (reference, left_out) = finite_part(reference);
+        let sampler = AreaSampler::new(&reference).ok_or(MeasureError::Reference)?;
+        progress.report("measuring", 0.0);
+        let mesh_to_reference = distances(deviations(&reference, points, progress)?);
+        progress.report("measuring", 0.5);
+        let samples = sampler.sample(options.samples, options.seed, 0);
+        let samples: Vec<DVec3> = samples.iter().map(|sample| sample.position(&reference)).collect();
+        let reference_to_mesh = distances(deviations_from_points(points, &samples, progress)?);
+        progress.report("measuring", 1.0);
+        Ok(Self {
+            reference_to_mesh,
+            mesh_to_reference,
+            hausdorff: reference_to_mesh.max.max(mesh_to_reference.max),
+            normal_deg_mean: None,
+            flipped_fraction: None,
+            diagonal: reference.bounds().diagonal(),
+            unit: "input",
+            area_left_out: LeftOutFigures { reference: left_out, mesh: 0.0 },
+            samples: options.samples,
+            seconds: started.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+/// Mean, root of the mean square, and largest of distances; those that are not finite are passed over.
+fn distances(all: Vec<f64>) -> Distances {
+    let (mut count, mut sum, mut squares, mut max) = (0_usize, 0.0, 0.0, 0.0_f64);
+    for distance in all.into_iter().filter(|distance| distance.is_finite()) {
+        count += 1;
+        sum += distance;
+        squares += distance * distance;
+        max = max.max(distance);
+    }
+    let count = count.max(1) as f64;
+    Distances { mean: sum / count, rms: (squares / count).sqrt(), max }
 }

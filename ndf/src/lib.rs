@@ -31,6 +31,7 @@ pub mod analysis;
 pub mod band;
 pub mod base;
 pub mod describe;
+pub mod deviations;
 mod error;
 pub mod evaluate;
 pub mod figures;

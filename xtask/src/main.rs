@@ -47,6 +47,7 @@ const EXPERIMENTS: &[&str] = &[
     "reproduce",
     "scalars",
     "spectra",
+    "many-modes",
     "table",
     "training",
 ];

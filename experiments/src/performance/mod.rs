@@ -94,6 +94,20 @@ pub(crate) fn spectra(meshes: &Meshes, timing: &Timing) -> Result<(), String> {
     publish("cargo xtask spectra", meshes, &spectra::tables(&rows))
 }
 
+/// The table of spectra of many modes.
+pub(crate) fn many_modes(meshes: &Meshes, timing: &Timing, count: usize) -> Result<(), String> {
+    let of_one = |mesh: &str, count: usize| {
+        let arguments = [timing.arguments(), vec!["--modes".to_owned(), count.to_string()]].concat();
+        measured("spectra", meshes, mesh, &arguments, Threads::One)
+    };
+    let rows: Vec<Value> = if meshes.meshes.is_empty() {
+        spectra::MANY.iter().map(|&(mesh, count)| of_one(mesh, count)).collect::<Result<_, _>>()?
+    } else {
+        meshes.meshes.iter().map(|mesh| of_one(&mesh.to_string(), count)).collect::<Result<_, _>>()?
+    };
+    publish("cargo xtask many-modes", meshes, &spectra::table_of_many(&rows))
+}
+
 /// The table of training.
 pub(crate) fn training(meshes: &Meshes) -> Result<(), String> {
     let rows = rows("training", meshes, training::MESHES, &[], Threads::Default)?;

@@ -113,7 +113,7 @@ fn of_file(
     runs: &mut Runs,
     make: impl FnOnce(&Parts) -> Result<Decoded, String>,
 ) -> Result<(), String> {
-    if !runs.wants(&subject.shape.name, method, setting) {
+    if !runs.wants(subject.shape, method, setting) {
         return Ok(());
     }
     eprintln!("{}: {method}, {setting}", subject.shape.name);
@@ -128,12 +128,11 @@ fn of_file(
 /// Decimated meshes, compressed by Draco. Meshes with more faces than the isosurface are left out.
 pub(super) fn draco(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Result<(), String> {
     let mut peer = Peer::start(setup.python.as_deref())?;
-    let name = &subject.shape.name;
     let mut decimated: HashMap<usize, ManifoldMesh> = HashMap::new();
     for &faces in setup.scale.draco_faces {
         for &bits in setup.scale.draco_bits {
             let setting = format!("{faces} faces, {bits} bits");
-            if !LEVELS.iter().any(|(method, _)| runs.wants(name, method, &setting)) {
+            if !LEVELS.iter().any(|(method, _)| runs.wants(subject.shape, method, &setting)) {
                 continue;
             }
             let isosurface = &subject.parts()?.isosurface;

@@ -45,7 +45,7 @@ pub(super) fn other_models(subject: &Subject<'_>, setup: &Setup) -> Vec<Learned>
         return vec![Learned::Paper];
     }
     let sizes = setup.scale.sizes.iter().skip(1).map(|&bytes| Learned::Levels(bytes));
-    [Learned::Paper, Learned::Network].into_iter().chain(sizes).collect()
+    sizes.chain([Learned::Network, Learned::Paper]).collect()
 }
 
 fn rivals(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Result<(), String> {
@@ -58,17 +58,17 @@ fn rivals(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> Result<(), S
     let network = network.transpose()?;
     for &h in setup.scale.cells {
         let setting = format!("h = {h}");
-        let is_wanted = |method: &str| runs.wants(&subject.shape.name, method, &setting);
+        let is_wanted = |method: &str| runs.wants(subject.shape, method, &setting);
         if [MC, REFINED, REMESHED].into_iter().any(is_wanted) {
             for run in cubes(subject, setup, h, &setting)? {
                 runs.put(run)?;
             }
         }
         let seen = Seen { subject, setup, h, setting: &setting };
-        if runs.wants(&subject.shape.name, ODC, &setting) {
+        if runs.wants(subject.shape, ODC, &setting) {
             runs.put(seen.odc()?)?;
         }
-        if runs.wants(&subject.shape.name, NDC, &setting) {
+        if runs.wants(subject.shape, NDC, &setting) {
             runs.put(seen.ndc(network.as_ref())?)?;
         }
     }
@@ -195,7 +195,7 @@ pub(super) fn ours(
         let name = learned.name(setup.scale.paper_epochs);
         for &h in setup.scale.edge_lengths {
             let setting = format!("h = {h}");
-            if !runs.wants(&subject.shape.name, &name, &setting) {
+            if !runs.wants(subject.shape, &name, &setting) {
                 continue;
             }
             let of_model = model(subject.shape, learned, setup).and_then(|(bytes, making)| {

@@ -40,6 +40,7 @@ pub(super) fn write(setup: &Setup) -> Result<(), String> {
 pub(super) struct Joined {
     experiment: String,
     shape: String,
+    kind: String,
     method: String,
     setting: String,
     bytes: Option<usize>,
@@ -56,6 +57,7 @@ impl From<&Run> for Joined {
         Self {
             experiment: String::new(),
             shape: run.shape.clone(),
+            kind: run.kind.clone(),
             method: run.method.clone(),
             setting: run.setting.clone(),
             bytes: run.bytes,

@@ -26,7 +26,7 @@ use clap::{Args, ValueEnum};
 
 use crate::root;
 use fits::{Learned, model};
-use row::Run;
+use row::{ALL_METHODS, Run};
 use runs::Runs;
 use scale::Scale;
 use shapes::{Role, Shape};
@@ -209,8 +209,9 @@ fn of_shape(shape: &Shape, setup: &Setup, wanted: &dyn Fn(Experiment) -> bool) -
     };
     for &(experiment, run) in experiments.iter().filter(|(experiment, _)| wanted(*experiment)) {
         let mut runs = Runs::open(setup, experiment)?;
-        if let Err(reason) = run(&subject, setup, &mut runs) {
-            runs.put(Run::left_out(&shape.name, &format!("{:?}", shape.role), "all methods", &reason))?;
+        match run(&subject, setup, &mut runs) {
+            Ok(()) => runs.forget_failure(shape)?,
+            Err(reason) => runs.put(Run::left_out(shape, ALL_METHODS, &reason))?,
         }
     }
     Ok(())

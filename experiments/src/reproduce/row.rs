@@ -3,6 +3,7 @@
 use ndf::evaluate::{DistanceErrors, Errors};
 use serde::{Deserialize, Serialize};
 
+use super::shapes::{Role, Shape};
 use crate::rows::Row;
 
 /// A line of an experiment's file. Lengths are in units of the shape, errors are shares of 1, seconds are wall seconds; what does not
@@ -61,13 +62,16 @@ pub(crate) struct Run {
 
 impl Row for Run {
     fn key(&self) -> String {
-        key(&self.shape, &self.method, &self.setting)
+        key(&self.shape, Role::of_kind(&self.kind), &self.method, &self.setting)
     }
 }
 
-/// What tells a run from others of its experiment.
-pub(super) fn key(shape: &str, method: &str, setting: &str) -> String {
-    format!("{shape}; {method}; {setting}")
+/// What stands for the method where an experiment failed as a whole.
+pub(super) const ALL_METHODS: &str = "all methods";
+
+/// What tells a run from others of its experiment: a mesh and the network that was made of it may have one name.
+pub(super) fn key(shape: &str, role: Role, method: &str, setting: &str) -> String {
+    format!("{shape}; {role:?}; {method}; {setting}")
 }
 
 /// What is computed on a surface.
@@ -90,15 +94,20 @@ impl Task {
 
 impl Run {
     /// A run that cannot be had.
-    pub(super) fn left_out(shape: &str, kind: &str, method: &str, reason: &str) -> Self {
+    pub(super) fn left_out(shape: &Shape, method: &str, reason: &str) -> Self {
         Self {
-            shape: shape.to_owned(),
-            kind: kind.to_lowercase(),
+            shape: shape.name.clone(),
+            kind: format!("{:?}", shape.role).to_lowercase(),
             method: method.to_owned(),
             left_out: reason.to_owned(),
             load: load(),
             ..Self::default()
         }
+    }
+
+    /// The shape and its kind.
+    pub(crate) fn subject(&self) -> String {
+        format!("{} ({})", self.shape, self.kind)
     }
 
     /// The error by which methods are judged.

@@ -26,6 +26,18 @@ pub(crate) enum Role {
     Density,
 }
 
+impl Role {
+    /// The role of what was found to be of a kind.
+    pub(crate) fn of_kind(kind: &str) -> Self {
+        match kind {
+            "mesh" => Self::Mesh,
+            "cloud" | "oriented-cloud" => Self::Cloud,
+            "density" | "nerf" | "splats" => Self::Density,
+            _ => Self::Network,
+        }
+    }
+}
+
 /// A shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shape {
@@ -70,7 +82,7 @@ const MADE: [(Role, &str); 4] =
 const TORUS: made::Torus = made::Torus { ring: 0.6, tube: 0.25 };
 
 impl Shape {
-    fn of_file(role: Role, path: PathBuf) -> Self {
+    pub(super) fn of_file(role: Role, path: PathBuf) -> Self {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         Self { name, role, source: Source::File(path) }
     }

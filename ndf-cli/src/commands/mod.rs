@@ -11,6 +11,7 @@ pub mod fit;
 pub mod geodesic;
 pub mod heat;
 pub mod info;
+pub mod laplacian;
 pub mod logmap;
 pub mod man;
 pub mod measure;
@@ -57,6 +58,8 @@ pub enum Command {
     Heat(heat::Arguments),
     /// Describe a file: counts, topology, defects
     Info(info::Arguments),
+    /// Write the matrices of the Laplacian, for SciPy and others
+    Laplacian(laplacian::Arguments),
     /// Compute how to get from a vertex to all others: the logarithmic map
     Logmap(logmap::Arguments),
     /// Write manual pages
@@ -117,6 +120,7 @@ impl Command {
             Self::Geodesic(arguments) => geodesic::run(arguments, context),
             Self::Heat(arguments) => heat::run(arguments, context),
             Self::Info(arguments) => info::run(arguments, context),
+            Self::Laplacian(arguments) => laplacian::run(arguments, context),
             Self::Logmap(arguments) => logmap::run(arguments, context),
             Self::Man(arguments) => man::run(arguments, context),
             Self::Mesh(arguments) => mesh::run(arguments, context),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use ndf::Triangles;
 use ndf_mesh::io::format_to_write;
 use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
@@ -32,6 +32,19 @@ pub struct Arguments {
     /// Use the triangles as they are, without flips to the intrinsic Delaunay triangulation.
     #[arg(long)]
     no_flips: bool,
+    /// What functions are at a boundary.
+    #[arg(long, value_enum, default_value_t)]
+    boundary: Boundary,
+}
+
+/// What functions are at boundaries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Boundary {
+    /// They are zero.
+    Dirichlet,
+    /// They are free.
+    #[default]
+    Neumann,
 }
 
 /// Computes the modes with the smallest eigenvalues.
@@ -54,7 +67,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
     let (count, shift) = (arguments.modes as usize, arguments.shift);
     let options = ModeOptions { count, shift, operator, ..ModeOptions::default() };
-    let found = triangulated.modes(&options, &context.progress()).map_err(|error| {
+    let found = match arguments.boundary {
+        Boundary::Neumann => triangulated.modes(&options, &context.progress()),
+        Boundary::Dirichlet => triangulated.modes_with_held_boundary(&options, &context.progress()),
+    };
+    let found = found.map_err(|error| {
         let failure = Failure::new(format!("{name}: {error}"));
         match error {
             SpectralError::TooManyModes { vertices, .. } => {

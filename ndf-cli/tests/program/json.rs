@@ -18,7 +18,7 @@ const PARTS: [&str; 9] =
     ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "shortest-path", "scalar-range"];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 25] = [
+const COMMANDS: [&str; 26] = [
     "batch",
     "completions",
     "convert",
@@ -30,6 +30,7 @@ const COMMANDS: [&str; 25] = [
     "geodesic",
     "heat",
     "info",
+    "laplacian",
     "logmap",
     "man",
     "measure",

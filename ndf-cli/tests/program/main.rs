@@ -11,6 +11,8 @@ mod gltf;
 mod json;
 mod kinds;
 mod learning;
+mod measured;
+mod operators;
 mod outputs;
 mod parts;
 mod paths;

@@ -7,6 +7,7 @@ mod distances;
 mod fields;
 mod solver;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use ndf_core::{DVec3, Progress};
@@ -15,7 +16,7 @@ use ndf_mesh::io::{MeshFile, VertexScalars};
 use ndf_mesh::repair::{self, Irreparable, Origins, Parts, RepairNote, RepairOptions, Repaired, Usable};
 use ndf_mesh::{ManifoldMesh, TriangleMesh, Vertex};
 use ndf_model::{LengthFactors, Model};
-use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, SpectralError};
+use ndf_spectral::{LaplaceBeltrami, ModeOptions, Modes, OperatorOptions, SpectralError};
 
 use crate::analysis::mode_scalars;
 use crate::files::{NoMesh, NoModel, begins_as_model, read_mesh, read_model};
@@ -218,6 +219,11 @@ impl Triangulated {
         }
     }
 
+    /// Whether the vertices of the [triangles](Self::triangles) are those of the [mesh](Self::mesh): none was joined, divided or left out.
+    pub fn has_vertices_of_mesh(&self) -> bool {
+        self.original.is_none()
+    }
+
     /// The vertices of the [mesh](Self::mesh) that no face uses: they have no distances and no values.
     pub fn unused_vertices(&self) -> Vec<Vertex> {
         self.original.as_ref().map_or_else(Vec::new, |original| original.origins.unused().collect())
@@ -234,17 +240,53 @@ impl Triangulated {
     /// # Errors
     /// If a vertex has no area, an option is out of range, the modes do not converge, or the observer asks to stop.
     pub fn modes(&self, options: &ModeOptions, progress: &dyn Progress) -> Result<Modes, SpectralError> {
+        self.operator(options.operator)?.modes(options, progress)
+    }
+
+    /// The same among functions that are zero on the boundary (Dirichlet): at the vertices of edges with one face.
+    ///
+    /// # Errors
+    /// If all vertices are on the boundary, and otherwise as [`modes`](Self::modes).
+    pub fn modes_with_held_boundary(
+        &self,
+        options: &ModeOptions,
+        progress: &dyn Progress,
+    ) -> Result<Modes, SpectralError> {
+        self.operator(options.operator)?.modes_holding(&self.is_on_boundary(), options, progress)
+    }
+
+    /// The Laplace–Beltrami operator at the vertices of the [triangles](Self::triangles). Where these are no oriented manifold, that of
+    /// their tufted cover. O(n log n).
+    ///
+    /// # Errors
+    /// If there is no surface, or a vertex has no area.
+    pub fn operator(&self, options: OperatorOptions) -> Result<LaplaceBeltrami, SpectralError> {
         if self.triangles.mesh().face_count() == 0 {
             return Err(SpectralError::NoSurface);
         }
-        let operator = match &self.triangles {
+        match &self.triangles {
             Triangles::Manifold(mesh) => {
                 let mesh = IntrinsicMesh::from_mesh(mesh).scaled(self.applied().operators);
-                LaplaceBeltrami::new(&mesh, options.operator)
+                LaplaceBeltrami::new(&mesh, options)
             }
-            Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options.operator),
-        };
-        operator?.modes(options, progress)
+            Triangles::Soup { mesh, .. } => LaplaceBeltrami::from_triangle_mesh(mesh, options),
+        }
+    }
+
+    /// Which vertices of the [triangles](Self::triangles) have an edge with one face. O(n).
+    fn is_on_boundary(&self) -> Vec<bool> {
+        let mesh = self.triangles.mesh();
+        let mut faces_of_edge: HashMap<[u32; 2], u32> = HashMap::new();
+        for [a, b, c] in mesh.faces().iter().copied() {
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                *faces_of_edge.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        let mut is_on_boundary = vec![false; mesh.vertex_count()];
+        for (edge, _) in faces_of_edge.iter().filter(|(_, faces)| **faces == 1) {
+            edge.iter().for_each(|&v| is_on_boundary[v as usize] = true);
+        }
+        is_on_boundary
     }
 
     /// Values at the vertices of the [mesh](Self::mesh) from those at the vertices of the [triangles](Self::triangles): NaN at

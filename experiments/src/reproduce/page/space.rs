@@ -13,7 +13,7 @@ const PLANE: f64 = 100_000.0;
 /// Both plots with their data and script. Without plotly there are sentences alone.
 pub(super) fn html(runs: &[Run], plotly: Option<&Plotly>) -> String {
     let runs: Vec<&Run> = runs.iter().filter(|run| run.left_out.is_empty()).collect();
-    let mut shapes: Vec<&str> = runs.iter().map(|run| run.shape.as_str()).collect();
+    let mut shapes: Vec<String> = runs.iter().map(|run| run.subject()).collect();
     shapes.sort_unstable();
     shapes.dedup();
     let mut html = String::new();
@@ -24,7 +24,7 @@ pub(super) fn html(runs: &[Run], plotly: Option<&Plotly>) -> String {
             html += &controls(task, &shapes);
         }
         for shape in &shapes {
-            let of_shape: Vec<&Run> = runs.iter().copied().filter(|run| run.shape == *shape).collect();
+            let of_shape: Vec<&Run> = runs.iter().copied().filter(|run| run.subject() == *shape).collect();
             for (name, plane) in [("in the plane of 100 kB", Some(PLANE)), ("at true size", None)] {
                 let points = points(&of_shape, task, plane);
                 if points.iter().any(Point::is_ours) && points.iter().any(|p| !p.is_ours()) {
@@ -52,7 +52,7 @@ fn points(runs: &[&Run], task: Task, plane: Option<f64>) -> Vec<Point> {
 
 /// The runs of a shape as data, with whether they are on its frontier.
 fn of_shape(runs: &[&Run], shape: &str, task: Task) -> Vec<Value> {
-    let runs: Vec<&Run> = runs.iter().copied().filter(|run| run.shape == shape).collect();
+    let runs: Vec<&Run> = runs.iter().copied().filter(|run| run.subject() == shape).collect();
     let [flat, sized] = [Some(PLANE), None].map(|plane| points(&runs, task, plane));
     let is_best =
         |points: &[Point], point: &Point| frontier(&points.iter().collect::<Vec<_>>()).contains(&point);
@@ -62,7 +62,7 @@ fn of_shape(runs: &[&Run], shape: &str, task: Task) -> Vec<Value> {
         let in_plane = in_plane?;
         let bytes = at_size.as_ref().map_or(PLANE, |point| point.costs[0]);
         Some(json!({
-            "shape": run.shape,
+            "shape": run.subject(),
             "method": run.method,
             "setting": run.setting,
             "bytes": bytes,
@@ -77,9 +77,9 @@ fn of_shape(runs: &[&Run], shape: &str, task: Task) -> Vec<Value> {
 }
 
 /// The place of a plot, with the choice of a shape and of the plane.
-fn controls(task: Task, shapes: &[&str]) -> String {
+fn controls(task: Task, shapes: &[String]) -> String {
     let name = task.name();
-    let option = |shape: &&str| format!("<option value=\"{0}\">{0}</option>", escaped(shape));
+    let option = |shape: &String| format!("<option value=\"{0}\">{0}</option>", escaped(shape));
     let options: String = shapes.iter().map(option).collect();
     format!(
         "<div class=\"controls\"><label>shape <select id=\"shape-{name}\"><option value=\"\">all</option>{options}</select></label>\n\

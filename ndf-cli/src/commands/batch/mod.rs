@@ -44,6 +44,8 @@ pub enum Arguments {
     Stripes(arguments::Arguments),
     /// Carry a tangent vector over every input
     Transport(arguments::Arguments),
+    /// Write the matrices of the Laplacian of every input
+    Laplacian(arguments::Arguments),
     /// Compute the logarithmic map of every input
     Logmap(arguments::Arguments),
     /// Let heat flow over every input
@@ -90,6 +92,7 @@ impl Arguments {
             Self::Directions(arguments) => Part::Work(&recipe::DIRECTIONS, arguments),
             Self::Stripes(arguments) => Part::Work(&recipe::STRIPES, arguments),
             Self::Transport(arguments) => Part::Work(&recipe::TRANSPORT, arguments),
+            Self::Laplacian(arguments) => Part::Work(&recipe::LAPLACIAN, arguments),
             Self::Logmap(arguments) => Part::Work(&recipe::LOGMAP, arguments),
             Self::Heat(arguments) => Part::Work(&recipe::HEAT, arguments),
             Self::Convert(arguments) => Part::Work(&recipe::CONVERT, arguments),

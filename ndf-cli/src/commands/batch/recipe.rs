@@ -3,8 +3,8 @@
 use clap::Args;
 
 use crate::commands::{
-    convert, decimate, directions, extract, fit, geodesic, heat, info, logmap, measure, mesh, remesh, render,
-    repair, spectrum, stripes, transport,
+    convert, decimate, directions, extract, fit, geodesic, heat, info, laplacian, logmap, measure, mesh,
+    remesh, render, repair, spectrum, stripes, transport,
 };
 use crate::context::Options;
 
@@ -59,7 +59,7 @@ impl Recipe {
     }
 }
 
-static RECIPES: [&Recipe; 17] = [
+static RECIPES: [&Recipe; 18] = [
     &FIT,
     &EXTRACT,
     &MESH,
@@ -68,6 +68,7 @@ static RECIPES: [&Recipe; 17] = [
     &DIRECTIONS,
     &STRIPES,
     &TRANSPORT,
+    &LAPLACIAN,
     &LOGMAP,
     &HEAT,
     &CONVERT,
@@ -105,6 +106,12 @@ pub(super) static GEODESIC: Recipe = Recipe {
 pub(super) static SPECTRUM: Recipe = Recipe {
     error: Some(("residual_max", "largest relative residual of an eigenfunction")),
     ..Recipe::writing("spectrum", "ply", spectrum::Arguments::augment_args)
+};
+
+/// `ndf laplacian`.
+pub(super) static LAPLACIAN: Recipe = Recipe {
+    shared: &["--mass", "--mesh"],
+    ..Recipe::writing("laplacian", "npz", laplacian::Arguments::augment_args)
 };
 
 /// `ndf directions`.
@@ -150,8 +157,11 @@ pub(super) static RENDER: Recipe = Recipe::writing("render", "png", render::Argu
 pub(super) static INFO: Recipe = Recipe::printing("info", info::Arguments::augment_args);
 
 /// `ndf measure`, of which every input is the second.
-pub(super) static MEASURE: Recipe =
-    Recipe { error: Some(FARTHEST), ..Recipe::printing("measure", measure::Arguments::augment_args) };
+pub(super) static MEASURE: Recipe = Recipe {
+    error: Some(FARTHEST),
+    shared: &["--output"],
+    ..Recipe::printing("measure", measure::Arguments::augment_args)
+};
 
 #[cfg(test)]
 mod tests {
