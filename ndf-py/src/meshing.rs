@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use ndf::{ManifoldMesh, OpenOptions, Parts, Progress, RepairOptions, TriangleMesh};
+use ndf::{OpenOptions, Parts, Progress, RepairOptions, TriangleMesh};
 use ndf_core::Inside;
-use ndf_intrinsic::{IntrinsicTriangulation, RefinementOptions};
 use ndf_mesh::FacePoint;
 use ndf_mesh::repair::{Repaired, repaired};
 use ndf_meshing::{DecimationOptions, IsotropicOptions, MarchingCubesOptions, remesh_isotropically};
@@ -48,22 +47,6 @@ pub(crate) fn remesh<'py>(
     Ok((from_mesh(py, found.into_triangle_mesh())?, notes))
 }
 
-/// Refuses a length with which refinement would make about as many insertions as are allowed, or more, before it begins:
-/// triangles with circumradii up to that of an equilateral one have on average somewhat more than half of its area.
-fn check_length(mesh: &ManifoldMesh, edge_length: f64, max_insertions: usize) -> Result<(), String> {
-    let equilateral = 0.25 * 3.0_f64.sqrt();
-    // A vertex has two faces. On tori and spheres this is up to 1.7 times too many.
-    let vertices = mesh.area() / equilateral / (edge_length * edge_length);
-    if vertices <= max_insertions as f64 {
-        return Ok(());
-    }
-    let shortest = (mesh.area() / equilateral / max_insertions as f64).sqrt();
-    Err(format!(
-        "an edge_length of {edge_length:?} needs some {vertices:.0e} vertices, and ten million are made at most; \
-         choose {shortest:.1e} or more"
-    ))
-}
-
 /// The intrinsic Delaunay triangulation of a mesh, refined until its edges are no longer than this, and notes.
 #[pyfunction]
 pub(crate) fn remesh_intrinsically<'py>(
@@ -76,21 +59,10 @@ pub(crate) fn remesh_intrinsically<'py>(
     let mesh = mesh(&vertices, &faces)?;
     let (found, notes) = run(py, None, observer, &Raised::default(), |progress: &dyn Progress| {
         let repaired = manifold(&mesh)?;
-        // That of an equilateral triangle.
-        let max_circumradius = edge_length / 3.0_f64.sqrt();
-        let options = RefinementOptions { max_circumradius, ..RefinementOptions::default() };
-        check_length(&repaired.mesh, edge_length, options.max_insertions)?;
-        let mut triangulation = IntrinsicTriangulation::new(&repaired.mesh);
-        let report = triangulation.refine_delaunay_with(&options, progress);
-        if report.map_err(|error| error.to_string())?.reached_cap {
-            return Err("an edge_length as short as this needs more than ten million vertices; \
-                        choose a longer one"
-                .to_owned());
-        }
-        progress.check().map_err(|error| error.to_string())?;
-        let embedded = triangulation.embedded();
-        let sentence = || "edges of this edge_length join vertices twice; choose a shorter one".to_owned();
-        Ok((embedded.ok_or_else(sentence)?, sentences(&repaired)))
+        let found = ndf_intrinsic::remesh_intrinsically(&repaired.mesh, edge_length, progress);
+        // By the name of the argument.
+        let found = found.map_err(|error| error.to_string().replace("edge length", "edge_length"))?;
+        Ok::<_, String>((found, sentences(&repaired)))
     })?
     .map_err(failure)?;
     Ok((from_mesh(py, found.into_triangle_mesh())?, notes))

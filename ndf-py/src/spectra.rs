@@ -122,6 +122,7 @@ pub(crate) fn spectrum<'py>(
     k: usize,
     mass: &str,
     delaunay: bool,
+    held: bool,
     observer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(PyModes<'py>, Vec<String>)> {
     let surface = surface(py, &vertices, &faces)?;
@@ -131,7 +132,11 @@ pub(crate) fn spectrum<'py>(
     }
     let operator = operator_options(mass, delaunay)?;
     let options = ModeOptions { count: k, operator, ..ModeOptions::default() };
-    let found = modes(py, &surface, &options, observer)?;
+    let work = |progress: &dyn Progress| match held {
+        true => surface.modes_with_held_boundary(&options, progress),
+        false => surface.modes(&options, progress),
+    };
+    let found = run(py, None, observer, &Raised::default(), work)?.map_err(failure)?;
     let rows = functions(py, &surface, &found.functions)?;
     Ok(((PyArray1::from_vec(py, found.eigenvalues), rows), sentences(&surface)))
 }

@@ -55,6 +55,18 @@ def test_spectrum_of_scipy() -> None:
     np.testing.assert_allclose(laplacian @ modes, (mass @ modes) * values, atol=1e-5)
 
 
+def test_modes_held_at_zero_are_those_of_a_square() -> None:
+    side = np.linspace(0, 1, 21)
+    x, y = np.meshgrid(side, side, indexing="ij")
+    vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    first = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
+    faces = np.concatenate([first[:, None] + [0, 21, 22], first[:, None] + [0, 22, 1]])
+    values, modes = ndf.spectrum(vertices, faces, k=4, boundary="dirichlet")
+    np.testing.assert_allclose(values / np.pi**2, [2, 5, 5, 8], rtol=0.02)
+    on_boundary = (x * (1 - x) * y * (1 - y)).ravel() == 0
+    assert np.all(modes[on_boundary] == 0)
+
+
 @pytest.mark.parametrize("mass", ["lumped", "voronoi", "consistent"])
 def test_masses_add_up_to_the_area(mass: str) -> None:
     pytest.importorskip("scipy", reason="SciPy is not installed")

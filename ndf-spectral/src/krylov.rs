@@ -179,8 +179,8 @@ impl<'a> KrylovSpace<'a> {
         Ritz { values, vectors, remainders }
     }
 
-    /// Shrinks the space to at least the first `keep` Ritz vectors; the next block stays.
-    pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) {
+    /// Shrinks the space to at least the first `keep` Ritz vectors; the next block stays. Returns the pairs of the smaller space.
+    pub(crate) fn restart(&mut self, ritz: &Ritz, keep: usize) -> Ritz {
         let keep = keep.next_multiple_of(WIDTH).min(self.size());
         let next = self.basis.pop().expect("the next block is always there");
         transform(&mut self.basis, &ritz.vectors.subcols(0, keep).to_owned());
@@ -188,6 +188,11 @@ impl<'a> KrylovSpace<'a> {
         self.projected = Mat::zeros(keep, keep);
         self.coupled_to_all = true;
         (0..keep).for_each(|i| self.projected[(i, i)] = ritz.values[i]);
+        Ritz {
+            values: ritz.values[..keep].to_vec(),
+            vectors: Mat::identity(keep, keep),
+            remainders: ritz.remainders.subcols(0, keep).to_owned(),
+        }
     }
 
     /// Some Ritz functions, M-orthonormal, each improved by its remainder: `θ⁻¹` times its image under

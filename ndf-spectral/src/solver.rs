@@ -150,31 +150,32 @@ impl<'a> Solver<'a> {
             let ritz = self.converge(&mut space, wanted, capacity, &mut applications)?;
             let values: Vec<f64> = ritz.values.iter().map(|theta| theta.recip() - shift).collect();
             let converged = ritz.converged(wanted, self.options.tolerance);
-            let mut keep = |space: KrylovSpace<'_>, count: usize| {
+            let mut keep = |space: KrylovSpace<'_>, ritz: &Ritz, count: usize| {
                 let pairs: Vec<usize> = (0..count).collect();
-                found.extend(&values[..count], &space.into_functions(&ritz, &pairs));
+                found.extend(&values[..count], &space.into_functions(ritz, &pairs));
             };
             if converged < wanted {
                 if is_last {
-                    keep(space, converged);
+                    keep(space, &ritz, converged);
                     return Err(self.not_converged(found, applications));
                 }
                 space.restart(&ritz, wanted + (capacity - wanted) * 3 / 8);
                 continue;
             }
             let cut = if is_all { Cut::last(&values, wanted) } else { Cut::widest(&values[..wanted]) };
+            // The factorisation that counts takes the place of what is not needed any more.
+            let ritz = space.restart(&ritz, wanted);
             let missing = match self.options.verify {
                 true => self.missing(inverse.symbolic(), kernel, cut)?,
                 false => None,
             };
             if missing.is_none_or(|missing| missing == 0) || is_last {
                 let below = cut.map_or(wanted, |cut| cut.below);
-                keep(space, if is_all { wanted } else { below });
+                keep(space, &ritz, if is_all { wanted } else { below });
                 let end = cut.map_or(f64::INFINITY, |cut| cut.bound);
                 let below = kernel + below + missing.unwrap_or(0);
                 return Ok(Part { found, end, below, verified: missing == Some(0) });
             }
-            space.restart(&ritz, wanted);
             space.renew_block()?;
         }
         unreachable!("the last round returns")

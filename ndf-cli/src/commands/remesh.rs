@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, Args, ValueEnum};
+use ndf_intrinsic::remesh_intrinsically;
 use ndf_mesh::io::format_to_write;
 use ndf_meshing::{IsotropicError, IsotropicOptions, remesh_isotropically, remesh_within};
 use ndf_model::Similarity;
@@ -35,6 +36,9 @@ pub struct Arguments {
     /// of the diagonal of the bounds.
     #[arg(long, value_name = "X", value_parser = share)]
     error: Option<f64>,
+    /// How triangles are made.
+    #[arg(long, value_enum, default_value_t)]
+    method: Method,
     /// Keep edges at which the normals of the faces are more than so many degrees apart. Boundaries are kept anyway.
     #[arg(long, value_name = "DEG", value_parser = crease)]
     creases: Option<f64>,
@@ -45,7 +49,17 @@ pub struct Arguments {
     parts: PartArguments,
 }
 
-/// Remeshes isotropically.
+/// How triangles are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Edges are split, collapsed and flipped, and vertices moved over the surface.
+    #[default]
+    Isotropic,
+    /// All vertices stay, and others come onto the surface, until intrinsic Delaunay triangles have angles of 25° and edges about as long.
+    Intrinsic,
+}
+
+/// Remeshes.
 ///
 /// # Errors
 /// If the input is no mesh that can be mended, the edges would make too many faces, or the mesh cannot be written.
@@ -53,6 +67,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let (input, output) = (&arguments.input, &arguments.output);
     format_to_write(output)?;
     check_output(output, &[input])?;
+    if arguments.method == Method::Intrinsic && (arguments.error.is_some() || arguments.creases.is_some()) {
+        return Err(Failure::new("--method intrinsic takes neither --error nor --creases").try_instead(
+            "give it --edge-length; its vertices are on the surface, and creases stay where edges are short",
+        ));
+    }
     context.expect(&["isotropic remeshing"]);
     let (file, mended) = read_manifold(input, arguments.parts, context)?;
     let mesh = &mended.mesh;
@@ -69,6 +88,12 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             let distance = share * mesh.bounds().diagonal();
             let found = remesh_within(mesh, distance, &options, &sampling(context), &context.progress());
             found.map_err(|error| not_within(input, error))?
+        }
+        None if arguments.method == Method::Intrinsic => {
+            let found = remesh_intrinsically(mesh, options.edge_length, &context.progress());
+            let found = found.map_err(|error| Failure::new(format!("{}: {error}", input.display())))?;
+            let distances = measured(input, mesh, &found, context)?;
+            (found, options.edge_length, distances)
         }
         None => {
             let found = remesh_isotropically(mesh, None, &options, &context.progress());

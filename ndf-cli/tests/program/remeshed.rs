@@ -89,3 +89,21 @@ fn repairs_say_which_vertices_are_which() {
     let twice = ["repair", "two.obj", "-o", "one.ply", "--map", "one.ply"];
     assert!(ndf(&folder.0, &twice).sentence().contains("two outputs"));
 }
+
+#[test]
+fn intrinsic_remeshing_keeps_vertices_and_adds_others_on_the_surface() {
+    let folder = Folder::new("intrinsically");
+    cube(&folder);
+    let arguments =
+        ["remesh", "cube.ply", "-o", "out.ply", "--method", "intrinsic", "--edge-length", "0.1", "--json"];
+    let told = ndf(&folder.0, &arguments).json();
+    assert!(told["faces"].as_u64() > told["faces_before"].as_u64(), "{told}");
+    let found = read_mesh(folder.0.join("out.ply")).unwrap().mesh;
+    let side = found.bounds().extent().x;
+    assert!(found.positions().iter().all(|p| (p.abs().max_element() - 0.5 * side).abs() < 1e-6));
+    check_level(&folder, "out.ply");
+    let refused =
+        ndf(&folder.0, &["remesh", "cube.ply", "-o", "x.ply", "--method", "intrinsic", "--error", "1%"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.stderr.contains("--method intrinsic takes neither"), "{}", refused.stderr);
+}

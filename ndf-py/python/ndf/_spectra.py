@@ -76,22 +76,26 @@ def spectrum(
     *,
     mass: Literal["lumped", "voronoi", "consistent"] = "lumped",
     delaunay: bool = True,
+    boundary: Literal["neumann", "dirichlet"] = "neumann",
     progress: Progress = False,
 ) -> tuple[Floats, Floats]:
     """The ``k`` smallest eigenvalues ``(k,)`` of L φ = λ M φ, in inverse squared units of length, and modes ``(n, k)``.
 
-    Modes are orthonormal in M; the sign of each is arbitrary. They are nan at vertices that no face uses.
+    Modes are orthonormal in M; the sign of each is arbitrary. They are nan at vertices that no face uses. With ``boundary="dirichlet"``
+    they are zero on boundaries.
 
     Raises
     ------
     NdfError
         If there are fewer vertices than modes, or they do not converge.
 
-    Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000); none is missing, which is checked.
+    Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000), of many modes slice by slice (Grimes, Lewis and Simon
+    1994); none is missing, which is checked.
     """
     kind, is_delaunay = _operator(mass, delaunay)
+    is_held = choice(boundary, "boundary", "neumann", "dirichlet") == "dirichlet"
     with observer(progress) as observing:
-        found = _native.spectrum(*mesh(vertices, faces), _modes(k), kind, is_delaunay, observing)
+        found = _native.spectrum(*mesh(vertices, faces), _modes(k), kind, is_delaunay, is_held, observing)
     (values, rows), notes = found
     warn(notes)
     return values, rows.T
