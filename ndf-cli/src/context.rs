@@ -7,11 +7,11 @@ use std::num::NonZero;
 use std::path::Path;
 
 use clap::Args;
-use ndf::{Note, TriangleMesh};
+use ndf::{HeatReport, Note, TriangleMesh};
 use ndf_mesh::io::{Lines, Positions, VertexScalars, WriteError, write_lines, write_mesh_with};
 use ndf_mesh::repair::RepairNote;
 
-use crate::output::{Failure, Outcome, printable, readable};
+use crate::output::{Failure, Outcome, grouped, printable, readable};
 use crate::progress::{Job, ShownProgress};
 use crate::streams;
 
@@ -130,6 +130,16 @@ impl Context {
             _ => "",
         };
         self.warn(&format!("{name}: {note}{advice}"));
+    }
+
+    /// Warns of vertices that heat does not reach: what of theirs is wrong, and what helps.
+    pub fn warn_of_reach(&self, name: &dyn Display, heat: &HeatReport, what: &str, advice: &str) {
+        if heat.out_of_reach > 0 {
+            let vertices = grouped(heat.out_of_reach);
+            self.warn(&format!(
+                "{name}: heat does not reach {vertices} vertices, whose {what} are wrong; {advice}"
+            ));
+        }
     }
 
     /// Writes a mesh with scalars in the format that its name says. Warns where the format rounds its vertices visibly.

@@ -38,6 +38,14 @@ pub enum FieldError {
         /// The point.
         point: SurfacePoint,
     },
+    /// Two points of a curve that follow each other are in no common face.
+    #[error("point {point} of curve {curve} and the next one are in no common face")]
+    CurveLeavesFaces {
+        /// Which curve, of those given.
+        curve: usize,
+        /// Which point of it.
+        point: usize,
+    },
     /// A frequency or a time is not positive.
     #[error("{name} must be positive, and is {value}")]
     NotPositive {

@@ -81,6 +81,18 @@ pub(crate) fn dot(a: Complex64, b: Complex64) -> f64 {
     a.re * b.re + a.im * b.im
 }
 
+/// The direction of a number; 0 of 0.
+pub(crate) fn unit(z: Complex64) -> Complex64 {
+    // Heat decays by e an edge: the squares of its norm underflow long before itself.
+    let largest = z.re.abs().max(z.im.abs());
+    if largest > 0.0 {
+        let scaled = z / largest;
+        scaled / scaled.norm()
+    } else {
+        Complex64::default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,8 @@
 //!   [curvature](principal_directions), their singularities.
 //! - [`StripePattern`]: evenly spaced stripes across a line field.
 //! - [`VectorHeatSolver`]: parallel transport, extension of values, logarithmic maps; [`exact_log_map`] from shortest paths.
+//! - [`geodesic_centre`]: means and medians of points.
+//! - [`signed_distances`] from curves, closed or not.
 //! - [`HodgeDecomposition`]: a field as gradient, rotation and harmonic part.
 //!
 //! Vectors are complex numbers. All results are the same on any number of threads.
@@ -25,6 +27,7 @@
 //! ```
 
 mod bundle;
+mod centre;
 mod connection;
 mod curvature;
 mod directions;
@@ -33,10 +36,14 @@ mod faces;
 mod frames;
 mod hodge;
 mod log_map;
+mod points;
+mod reach;
+mod signed_heat;
 mod stripes;
 mod vector_heat;
 
 pub use bundle::TangentBundle;
+pub use centre::{Centre, CentreKind, geodesic_centre};
 pub use connection::connection_laplacian;
 pub use curvature::principal_directions;
 pub use directions::DirectionField;
@@ -45,5 +52,6 @@ pub use frames::Frames;
 pub use hodge::HodgeDecomposition;
 pub use log_map::exact_log_map;
 pub use num_complex::Complex64;
+pub use signed_heat::{SignedDistances, SignedHeatOptions, ZeroSet, joined_curve, signed_distances};
 pub use stripes::StripePattern;
-pub use vector_heat::VectorHeatSolver;
+pub use vector_heat::{Diffused, VectorHeatSolver};

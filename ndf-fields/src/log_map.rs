@@ -1,4 +1,4 @@
-//! The logarithmic map from shortest paths, and centres of points.
+//! The logarithmic map from shortest paths.
 
 use ndf_core::Progress;
 use ndf_geodesic::{ExactOptions, GeodesicError, Path, exact_distances};

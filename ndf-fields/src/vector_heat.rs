@@ -9,7 +9,8 @@ use num_complex::Complex64;
 use crate::bundle::TangentBundle;
 use crate::connection::{areas, complex, connection_laplacian, interleaved, plus_mass};
 use crate::error::FieldError;
-use crate::faces::{direction_in_face, weak_divergence};
+use crate::faces::{direction_in_face, unit, weak_divergence};
+use crate::reach::out_of_reach;
 
 /// The factorised operators of a surface; they serve any number of sources.
 #[derive(Clone, Debug)]
@@ -22,6 +23,17 @@ pub struct VectorHeatSolver {
     /// Of `L`, with one vertex of every component held.
     poisson: Cholesky,
     components: Components,
+}
+
+/// What heat brought to the vertices.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Diffused<T> {
+    /// One for every vertex.
+    pub values: Vec<T>,
+    /// Vertices of components with a source that heat does not reach in double precision: it decays by e a mean edge. What they have is
+    /// wrong; a larger time reaches farther, in proportion to its root.
+    pub out_of_reach: usize,
 }
 
 impl VectorHeatSolver {
@@ -62,11 +74,11 @@ impl VectorHeatSolver {
         &self.bundle
     }
 
-    /// The value of the nearest source at every vertex, smoothed where several are near. Two solves.
+    /// The value of the nearest source at every vertex, smoothed where several are near. Zero on components without a source. Two solves.
     ///
     /// # Errors
     /// If there is no source, or one is no vertex of the mesh.
-    pub fn extend(&self, sources: &[(Vertex, f64)]) -> Result<Vec<f64>, FieldError> {
+    pub fn extend(&self, sources: &[(Vertex, f64)]) -> Result<Diffused<f64>, FieldError> {
         self.check(sources.iter().map(|source| source.0))?;
         let mut values = vec![0.0; self.bundle.mesh().vertex_count()];
         let mut counts = values.clone();
@@ -75,8 +87,9 @@ impl VectorHeatSolver {
             counts[v.index()] += 1.0;
         }
         self.scalar.solve(&mut [&mut values, &mut counts]);
+        let out_of_reach = out_of_reach(&counts, &self.components);
         values.iter_mut().zip(&counts).for_each(|(value, count)| *value = ratio(*value, *count));
-        Ok(values)
+        Ok(Diffused { values, out_of_reach })
     }
 
     /// The vector of the nearest source at every vertex, carried there parallel along a shortest path, and smoothed where several
@@ -84,15 +97,16 @@ impl VectorHeatSolver {
     ///
     /// # Errors
     /// If there is no source, or one is no vertex of the mesh.
-    pub fn transport(&self, sources: &[(Vertex, Complex64)]) -> Result<Vec<Complex64>, FieldError> {
+    pub fn transport(&self, sources: &[(Vertex, Complex64)]) -> Result<Diffused<Complex64>, FieldError> {
         let lengths: Vec<(Vertex, f64)> = sources.iter().map(|&(v, vector)| (v, vector.norm())).collect();
-        let lengths = self.extend(&lengths)?;
+        let Diffused { values: lengths, out_of_reach } = self.extend(&lengths)?;
         let mut vectors = vec![Complex64::default(); self.bundle.mesh().vertex_count()];
         for &(v, vector) in sources {
             vectors[v.index()] += vector;
         }
         let directions = self.diffused(&vectors);
-        Ok(directions.iter().zip(lengths).map(|(z, length)| unit(*z) * length).collect())
+        let values = directions.iter().zip(lengths).map(|(z, length)| unit(*z) * length).collect();
+        Ok(Diffused { values, out_of_reach })
     }
 
     /// The logarithmic map at a vertex: for every vertex the direction and the distance at which one has to leave the source to arrive
@@ -102,13 +116,15 @@ impl VectorHeatSolver {
     ///
     /// # Errors
     /// If the source is no vertex of the mesh.
-    pub fn log_map(&self, source: Vertex) -> Result<Vec<Complex64>, FieldError> {
+    pub fn log_map(&self, source: Vertex) -> Result<Diffused<Complex64>, FieldError> {
         self.check([source].into_iter())?;
         let bundle = &self.bundle;
         let mesh = bundle.mesh();
         let mut horizontal = vec![Complex64::default(); mesh.vertex_count()];
         horizontal[source.index()] = Complex64::new(1.0, 0.0);
         let (outward, horizontal) = (self.diffused(&self.outward(source)), self.diffused(&horizontal));
+        let heat: Vec<f64> = horizontal.iter().map(|z| z.re.abs().max(z.im.abs())).collect();
+        let out_of_reach = out_of_reach(&heat, &self.components);
         let radial: Vec<Complex64> = outward.iter().map(|z| unit(*z)).collect();
         let mut distances = self.divergence(&radial, source);
         self.poisson.solve(&mut [&mut distances]);
@@ -121,7 +137,7 @@ impl VectorHeatSolver {
             // The radial direction as seen in the source's frame, which was carried to the vertex.
             unit(radial[v] * unit(horizontal[v]).conj()) * (distances[v] - at_source).max(0.0)
         };
-        Ok((0..mesh.vertex_count()).map(log).collect())
+        Ok(Diffused { values: (0..mesh.vertex_count()).map(log).collect(), out_of_reach })
     }
 
     fn check(&self, mut sources: impl Iterator<Item = Vertex>) -> Result<(), FieldError> {
@@ -196,15 +212,4 @@ fn sine_moment(angle: f64, [from, to]: [f64; 2]) -> Complex64 {
 /// The quotient; 0 where heat is zero to double precision.
 fn ratio(value: f64, count: f64) -> f64 {
     if count > 0.0 { value / count } else { 0.0 }
-}
-
-fn unit(z: Complex64) -> Complex64 {
-    // Heat decays by e an edge: the squares of its norm underflow long before itself.
-    let largest = z.re.abs().max(z.im.abs());
-    if largest > 0.0 {
-        let scaled = z / largest;
-        scaled / scaled.norm()
-    } else {
-        Complex64::default()
-    }
 }

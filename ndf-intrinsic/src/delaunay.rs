@@ -96,6 +96,26 @@ impl Flip for IntrinsicMesh {
     }
 }
 
+/// A mesh some of whose edges stay.
+struct Held<'a> {
+    mesh: &'a mut IntrinsicMesh,
+    is_held: &'a [bool],
+}
+
+impl Flip for Held<'_> {
+    fn mesh(&self) -> &IntrinsicMesh {
+        self.mesh
+    }
+
+    fn is_settled(&self, edge: Edge) -> bool {
+        self.is_held[edge.index()] || self.mesh.is_settled(edge)
+    }
+
+    fn flip(&mut self, edge: Edge, length: f64) -> bool {
+        Flip::flip(self.mesh, edge, length)
+    }
+}
+
 impl Flip for IntegerCoordinates<'_> {
     #[inline]
     fn mesh(&self) -> &IntrinsicMesh {
@@ -186,6 +206,17 @@ impl IntrinsicMesh {
     pub fn flip_to_delaunay_watched(&mut self, flipped: impl FnMut(&Self, Edge)) -> DelaunayReport {
         let mut queue = violating(self);
         flip_to_delaunay(self, &mut queue, flipped)
+    }
+
+    /// The same around edges that stay: the constrained Delaunay triangulation. Edges that are not flipped keep their numbers, and faces
+    /// whose three edges stay keep theirs.
+    ///
+    /// # Panics
+    /// If there is not one answer for every edge.
+    pub fn flip_to_delaunay_around(&mut self, is_held: &[bool]) -> DelaunayReport {
+        assert_eq!(is_held.len(), self.edge_count());
+        let mut queue = violating(self);
+        flip_to_delaunay(&mut Held { mesh: self, is_held }, &mut queue, |_, _| {})
     }
 }
 

@@ -62,12 +62,13 @@ pub use presets::Preset;
 pub use scalars::{store_scalars, store_scalars_on_levels, stored_scalars};
 pub use triangulated::{
     Alignment, Directions, DistanceError, DistanceMethod, DistanceOptions, DistanceSolver, Distances, Heat,
-    HeatOptions, HeatReport, InitialHeat, LogMap, NoTriangulation, Place, Singularity, StraightPath,
-    SurfaceFieldError, SurfaceFields, SurfacePath, Triangles, Triangulated,
+    HeatOptions, HeatReport, InitialHeat, LogMap, NoTriangulation, Place, SignedDistance,
+    SignedDistanceOptions, Singularity, StraightPath, SurfaceCentre, SurfaceFieldError, SurfaceFields,
+    SurfacePath, Transported, Triangles, Triangulated,
 };
 
 pub use ndf_core::{DVec3, NoProgress, Progress, Surface};
-pub use ndf_fields::{DirectionField, FieldError};
+pub use ndf_fields::{CentreKind, DirectionField, FieldError, ZeroSet};
 pub use ndf_formats::point_cloud::CloudOptions;
 pub use ndf_geodesic::{GeodesicError, ThroughOptions};
 pub use ndf_intrinsic::{ExtractionError, ExtractionReport};

@@ -153,8 +153,8 @@ fn drawn(setup: &Setup, shape: &Shape) -> Result<Vec<Picture>, String> {
     draw("stripes", seconds, Drawing::Scalar(&stripes.iter().map(|&x| x as f32).collect::<Vec<_>>()))?;
     let (seconds, crosses) = timed(|| fields.directions(4, &Alignment::Curvature, &NoProgress));
     draw("directions", seconds, Drawing::Vectors(&crosses.map_err(|e| e.to_string())?.vectors, 4))?;
-    let (seconds, carried) = timed(|| fields.transport(source, 0.0));
-    draw(LAST, seconds, Drawing::Vectors(&carried.map_err(|e| e.to_string())?, 1))?;
+    let (seconds, carried) = timed(|| fields.transport(source, 0.0, &NoProgress));
+    draw(LAST, seconds, Drawing::Vectors(&carried.map_err(|e| e.to_string())?.vectors, 1))?;
     Ok(pictures)
 }
 

@@ -10,7 +10,7 @@ mod triangulation;
 mod up;
 
 pub use edge_length::EdgeLength;
-pub use numbers::{angle, bits, crease, length, point, seconds, share};
+pub use numbers::{Vertices, angle, bits, crease, length, point, seconds, share, vertices};
 pub use parts::PartArguments;
 pub use reading::Reading;
 pub use sources::Sources;

@@ -75,9 +75,30 @@ pub fn point(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// Numbers of vertices, at least two.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vertices(pub Vec<u32>);
+
+/// Two or more numbers of vertices with commas between them.
+pub fn vertices(text: &str) -> Result<Vertices, String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    match numbers {
+        Ok(numbers) if numbers.len() > 1 => Ok(Vertices(numbers)),
+        _ => Err("numbers of two or more vertices, like 0,17,4, are expected".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn curves_are_two_vertices_or_more() {
+        assert_eq!(vertices("3, 1,2"), Ok(Vertices(vec![3, 1, 2])));
+        for bad in ["", "1", "1,", "1,-2", "1,x"] {
+            assert!(vertices(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn points_are_three_numbers() {

@@ -139,13 +139,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     if let Some(heat) = heat {
         json["heat"] = json!(heat);
         rows.push(("time step", format!("{} squared mean edge lengths", heat.time_step)));
-        if heat.out_of_reach > 0 {
-            context.warn(&format!(
-                "{name}: heat does not reach {} vertices, whose distances are too short; try a larger --time-step, or \
-                 --method exact",
-                grouped(heat.out_of_reach)
-            ));
-        }
+        context.warn_of_reach(&name, &heat, "distances", "try a larger --time-step, or --method exact");
     }
     read.tell(&arguments.triangulation, &mut json, &mut rows);
     let lengths =

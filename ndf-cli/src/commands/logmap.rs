@@ -72,6 +72,11 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         ("y axis", axis(1)),
         ("time", format!("{seconds:.2} s")),
     ];
+    if let Some(heat) = found.heat {
+        json["heat"] = json!(heat);
+        rows.push(("time step", format!("{} squared mean edge lengths", heat.time_step)));
+        context.warn_of_reach(&input.display(), &heat, "coordinates", "try --method exact");
+    }
     read.tell_metric(|factors| factors.distances, &mut json, &mut rows);
     read.tell(triangulation, &mut json, &mut rows);
     let what = format!("the logarithmic map at vertex {source_vertex}");

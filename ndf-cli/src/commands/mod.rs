@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod batch;
+pub mod centre;
 pub mod completions;
 pub mod convert;
 pub mod decimate;
@@ -22,6 +23,7 @@ pub mod render;
 pub mod repair;
 pub mod sample;
 pub mod scalars;
+pub mod signed_distance;
 pub mod spectrum;
 pub mod stripes;
 pub mod transport;
@@ -40,6 +42,9 @@ pub enum Command {
     /// Give a command to many inputs, a process each, with a row of what became of every one
     #[command(subcommand)]
     Batch(batch::Arguments),
+    /// Find the mean or the median of points of a surface
+    #[command(visible_alias = "center")]
+    Centre(centre::Arguments),
     /// Write a model in another form: smaller, as plain arrays, or only its base mesh
     Convert(convert::Arguments),
     /// Print what a shell needs to complete the command line
@@ -79,6 +84,8 @@ pub enum Command {
     /// Scalar fields stored in a model
     #[command(subcommand)]
     Scalars(scalars::Arguments),
+    /// Compute signed distances from curves
+    SignedDistance(signed_distance::Arguments),
     /// Compute the smallest eigenvalues and eigenfunctions of the Laplacian
     Spectrum(spectrum::Arguments),
     /// Compute evenly spaced stripes
@@ -110,6 +117,7 @@ impl Command {
     pub fn run(&self, context: &Context) -> Result<Outcome, Failure> {
         match self {
             Self::Batch(arguments) => batch::run(arguments, context),
+            Self::Centre(arguments) => centre::run(arguments, context),
             Self::Convert(arguments) => convert::run(arguments, context),
             Self::Completions(arguments) => completions::run(arguments, context),
             Self::Decimate(arguments) => decimate::run(arguments, context),
@@ -130,6 +138,7 @@ impl Command {
             Self::Repair(arguments) => repair::run(arguments, context),
             Self::Render(arguments) => render::run(arguments, context),
             Self::Scalars(arguments) => scalars::run(arguments, context),
+            Self::SignedDistance(arguments) => signed_distance::run(arguments, context),
             Self::Spectrum(arguments) => spectrum::run(arguments, context),
             Self::Sample(arguments) => sample::run(arguments, context),
             Self::Stripes(arguments) => stripes::run(arguments, context),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use ndf::Vertex;
+use ndf::{Transported, Vertex};
 use ndf_mesh::io::format_to_write;
 use serde_json::json;
 
@@ -46,7 +46,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let started = Instant::now();
     let fields = read.surface.fields().map_err(|error| no_field(input, error))?;
     let source = Vertex(*source_vertex);
-    let vectors = fields.transport(source, angle.to_radians()).map_err(|error| no_field(input, error))?;
+    let found = fields.transport(source, angle.to_radians(), &context.progress());
+    let Transported { vectors, heat, .. } = found.map_err(|error| no_field(input, error))?;
     let axes = fields.axes(source).map_err(|error| no_field(input, error))?;
     let seconds = started.elapsed().as_secs_f64();
     let mesh = read.surface.mesh();
@@ -58,14 +59,17 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         "vertices": mesh.vertex_count(),
         "vector": vector.to_array(),
         "axes": axes.map(|axis| axis.to_array()),
+        "heat": heat,
         "area_left_out": read.surface.area_left_out,
     });
     let [x, y, z] = vector.to_array().map(readable);
     let mut rows = vec![
         ("vertices", grouped(mesh.vertex_count())),
         ("at the source", format!("({x}, {y}, {z})")),
+        ("time step", format!("{} squared mean edge lengths", heat.time_step)),
         ("time", format!("{seconds:.2} s")),
     ];
+    context.warn_of_reach(&input.display(), &heat, "vectors", "a coarser mesh is crossed in fewer edges");
     read.tell_metric(|factors| factors.distances, &mut json, &mut rows);
     read.tell(triangulation, &mut json, &mut rows);
     Ok(Outcome::new(

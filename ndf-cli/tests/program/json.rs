@@ -14,12 +14,23 @@ static SCHEMA: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../../../docs/json.schema.json")).unwrap());
 
 /// Parts that several commands have.
-const PARTS: [&str; 9] =
-    ["statuses", "point", "box", "bytes", "distances", "metric", "fitted", "shortest-path", "scalar-range"];
+const PARTS: [&str; 10] = [
+    "statuses",
+    "point",
+    "box",
+    "bytes",
+    "distances",
+    "metric",
+    "fitted",
+    "heat-method",
+    "shortest-path",
+    "scalar-range",
+];
 
 /// Commands, where `scalars` is followed by what it does.
-const COMMANDS: [&str; 26] = [
+const COMMANDS: [&str; 28] = [
     "batch",
+    "centre",
     "completions",
     "convert",
     "decimate",
@@ -41,6 +52,7 @@ const COMMANDS: [&str; 26] = [
     "repair",
     "sample",
     "scalars",
+    "signed-distance",
     "spectrum",
     "stripes",
     "transport",

@@ -1,4 +1,4 @@
-//! Directions, stripes, transport, logarithmic maps and heat.
+//! Directions, stripes, transport, logarithmic maps, heat, signed distances and centres.
 
 use ndf_mesh::io::read_mesh;
 
@@ -158,4 +158,110 @@ fn models_have_fields_and_what_is_no_manifold_says_so() {
         let found = ndf(&folder.0, run);
         assert!(found.sentence().contains("ndf mesh"), "{}", found.stderr);
     }
+}
+
+#[test]
+fn signed_distances_of_a_square_are_negative_on_the_left() {
+    let folder = Folder::new("signed-distance");
+    square(&folder);
+    let positions = read_mesh(folder.0.join("square.obj")).unwrap().mesh;
+    let positions = positions.positions();
+    // Upwards through the middle: the left side is at smaller x.
+    let signed = ["signed-distance", "square.obj", "-o", "d.ply", "--json"];
+    let middle: Vec<String> = (0..=24).map(|j| (j * 25 + 13).to_string()).collect();
+    let found = ndf(&folder.0, &[&signed[..], &["--curve-vertices", &middle.join(",")]].concat()).json();
+    assert!((found["curve_length"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    assert!((found["min"].as_f64().unwrap() + 0.5).abs() < 1e-3);
+    assert!((found["max"].as_f64().unwrap() - 0.5).abs() < 1e-3);
+    assert_eq!(found["unused_vertices"], serde_json::json!([0]));
+    assert_eq!((&found["unreached"], &found["heat"]["out_of_reach"]), (&0.into(), &0.into()));
+    let from_vertices = column(&folder, "d.ply", "signed_distance");
+    for (p, d) in positions.iter().zip(&from_vertices).skip(1) {
+        assert!((d - (p.x - 0.5)).abs() < 1e-3, "{p} {d}");
+    }
+    // The same as a file of lines, that of a path, and the other way.
+    let path =
+        ["path", "square.obj", "-o", "line.ply", "--through", "0.5,0,0", "--through", "0.5,1,0", "--json"];
+    ndf(&folder.0, &path).json();
+    ndf(&folder.0, &[&signed[..], &["--curve", "line.ply", "--zero", "mean"]].concat()).json();
+    for (p, d) in positions.iter().zip(column(&folder, "d.ply", "signed_distance")).skip(1) {
+        assert!((d - (p.x - 0.5)).abs() < 1e-3, "{p} {d}");
+    }
+    // Two vertices are joined by a shortest path, and a loop that runs counter-clockwise is negative inside.
+    let [a, b, c, d] = [(4, 4), (20, 4), (20, 20), (4, 20)].map(|(i, j)| (j * 25 + i + 1).to_string());
+    let corners = [a, b, c, d].join(",");
+    let found = ndf(&folder.0, &[&signed[..], &["--curve-vertices", &corners, "--closed"]].concat()).json();
+    assert!((found["curve_length"].as_f64().unwrap() - 64.0 / 24.0).abs() < 1e-9);
+    let inside = column(&folder, "d.ply", "signed_distance")[12 * 25 + 13];
+    assert!((inside + 8.0 / 24.0).abs() < 0.02, "{inside}");
+    // A point has no sides.
+    ndf(&folder.0, &[&signed[..], &["--source", "0,0,0"]].concat()).json();
+    assert!(column(&folder, "d.ply", "signed_distance")[1..].iter().all(|d| *d >= -1e-6));
+    assert_eq!(ndf(&folder.0, &signed).code, 2);
+    assert_eq!(ndf(&folder.0, &[&signed[..], &["--curve-vertices", "4"]].concat()).code, 2);
+    let none = ndf(&folder.0, &[&signed[..], &["--curve", "square.obj"]].concat());
+    assert!(none.sentence().contains("no lines"), "{}", none.stderr);
+}
+
+#[test]
+fn centres_of_a_square_are_those_of_the_plane() {
+    let folder = Folder::new("centre");
+    square(&folder);
+    let position = |found: &serde_json::Value| -> Vec<f64> {
+        serde_json::from_value(found["position"].clone()).unwrap()
+    };
+    let run =
+        ["centre", "square.obj", "--json", "--source", "0,0,0", "--source", "1,0,0", "--source", "0,1,0"];
+    let found = ndf(&folder.0, &run).json();
+    assert!(position(&found).iter().zip([1.0 / 3.0, 1.0 / 3.0, 0.0]).all(|(x, y)| (x - y).abs() < 1e-6));
+    assert!((found["variance"].as_f64().unwrap() - 4.0 / 9.0).abs() < 1e-6);
+    assert_eq!((&found["converged"], &found["sources"]), (&true.into(), &3.into()));
+    let weights = ["--weight", "2", "--weight", "1", "--weight", "1"];
+    let found = ndf(&folder.0, &[&run[..], &weights].concat()).json();
+    assert!(position(&found).iter().zip([0.25, 0.25, 0.0]).all(|(x, y)| (x - y).abs() < 1e-6));
+    // Fermat's point of a right isosceles triangle.
+    let median = ndf(&folder.0, &[&run[..], &["--kind", "median"]].concat()).json();
+    let fermat = (3.0 - 3.0_f64.sqrt()) / 6.0;
+    assert!(position(&median).iter().zip([fermat, fermat, 0.0]).all(|(x, y)| (x - y).abs() < 1e-5));
+    assert_eq!(ndf(&folder.0, &["center", "square.obj", "--source-vertex", "7"]).code, 0);
+    let wrong = ndf(&folder.0, &[&run[..], &["--weight", "1"]].concat());
+    assert!(wrong.sentence().contains("1 weights for 3 sources"));
+    folder.write("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\nf 4 5 6\n");
+    let apart = ndf(&folder.0, &["centre", "two.obj", "--source-vertex", "0", "--source-vertex", "3"]);
+    assert!(apart.sentence().contains("on several components"), "{}", apart.stderr);
+}
+
+/// Heat decays by e an edge: a tube of a thousand diameters takes a larger time step, and says so.
+#[test]
+fn vectors_are_carried_to_the_end_of_a_long_tube() {
+    let folder = Folder::new("tube");
+    let (around, along) = (6, 2000);
+    let mut text = String::new();
+    for ring in 0..=along {
+        for k in 0..around {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(around);
+            text += &format!("v {} {} {}\n", 0.5 * angle.cos(), 0.5 * angle.sin(), 0.5 * f64::from(ring));
+        }
+    }
+    for ring in 0..along {
+        for k in 0..around {
+            let at = |ring: i32, k: i32| ring * around + k % around + 1;
+            let [a, b, c, d] = [at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)];
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    folder.write("tube.obj", text);
+    let transport = ["transport", "tube.obj", "-o", "t.ply", "--source-vertex", "0", "--json"];
+    let carried = ndf(&folder.0, &[&transport[..], &["--angle", "0"]].concat()).json();
+    assert!(carried["heat"]["time_step"].as_f64().unwrap() > 1.0);
+    assert_eq!(carried["heat"]["out_of_reach"], 0);
+    let height = carried["vector"][2].as_f64().unwrap();
+    for vector in vectors(&folder, "t.ply", "transport") {
+        let norm = vector.iter().map(|x| x * x).sum::<f64>();
+        assert!((norm - 1.0).abs() < 1e-5 && (vector[2] - height).abs() < 1e-3, "{vector:?}");
+    }
+    let map = ["logmap", "tube.obj", "-o", "l.ply", "--source-vertex", "0", "--method", "heat", "--json"];
+    let mapped = ndf(&folder.0, &map).json();
+    assert!(mapped["heat"]["time_step"].as_f64().unwrap() > 1.0);
+    assert!((mapped["max_distance"].as_f64().unwrap() - 1000.0).abs() < 20.0, "{mapped}");
 }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use ndf_core::{DVec3, Progress};
 use ndf_fields::{
-    Complex64, DirectionField, FieldError, Frames, StripePattern, TangentBundle, VectorHeatSolver,
+    Complex64, Diffused, DirectionField, FieldError, Frames, StripePattern, TangentBundle, VectorHeatSolver,
     exact_log_map, principal_directions,
 };
 use ndf_geodesic::{ExactOptions, exact_distances};
@@ -13,8 +13,8 @@ use ndf_mesh::repair::Irreparable;
 use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleTree, Vertex};
 use ndf_spectral::{HeatFlow, LaplaceBeltrami, OperatorOptions, SpectralError};
 
-use super::solver::working;
-use super::{DistanceError, DistanceMethod, Original, Place, Triangulated};
+use super::solver::{MAX_TIME_STEP, Working, working};
+use super::{DistanceError, DistanceMethod, HeatReport, Original, Place, Triangulated};
 use crate::Note;
 
 /// Why there is no field.
@@ -83,15 +83,27 @@ pub struct LogMap {
     pub coordinates: Vec<[f64; 2]>,
     /// The axes of the coordinates in space.
     pub axes: [DVec3; 2],
+    /// What the vector heat method took, where it was used.
+    pub heat: Option<HeatReport>,
+}
+
+/// A vector carried over a surface.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Transported {
+    /// At every vertex of the [mesh](Triangulated::mesh); NaN at those that no face uses, zero where no path leads.
+    pub vectors: Vec<DVec3>,
+    /// How the heat method went.
+    pub heat: HeatReport,
 }
 
 /// A surface with what tangent fields need, which is prepared once.
 #[derive(Debug)]
 pub struct SurfaceFields<'a> {
-    surface: &'a Triangulated,
+    pub(super) surface: &'a Triangulated,
     manifold: &'a ManifoldMesh,
     /// Lengths that the metric of a model has corrected.
-    mesh: IntrinsicMesh,
+    pub(super) mesh: IntrinsicMesh,
     bundle: TangentBundle,
     frames: Frames,
     tree: OnceLock<TriangleTree>,
@@ -196,14 +208,37 @@ impl SurfaceFields<'_> {
 
     /// A unit vector at a vertex carried to all others along shortest paths, by the vector heat method: at the vertices of the
     /// [mesh](Triangulated::mesh), NaN at those that no face uses. The angle is counted to the left from the first of the
-    /// [axes](Self::axes).
+    /// [axes](Self::axes). The time step is the least power of four with which heat reaches every vertex.
     ///
     /// # Errors
-    /// If there is no such vertex, or the surface is too distorted for double precision.
-    pub fn transport(&self, source: Vertex, radians: f64) -> Result<Vec<DVec3>, SurfaceFieldError> {
-        let source = self.vertex(source)?;
-        let vectors = VectorHeatSolver::new(&self.mesh)?.transport(&[(source, Complex64::cis(radians))])?;
-        Ok(self.vectors(&vectors))
+    /// If there is no such vertex, the surface is too distorted for double precision, or the observer asks to stop.
+    pub fn transport(
+        &self,
+        source: Vertex,
+        radians: f64,
+        progress: &dyn Progress,
+    ) -> Result<Transported, SurfaceFieldError> {
+        let vector = (self.vertex(source)?, Complex64::cis(radians));
+        let (vectors, heat) = self.carried(|solver| solver.transport(&[vector]), progress)?;
+        Ok(Transported { vectors: self.vectors(&vectors), heat })
+    }
+
+    /// What the vector heat method finds with a time step that reaches every vertex.
+    fn carried<T>(
+        &self,
+        find: impl Fn(&VectorHeatSolver) -> Result<Diffused<T>, FieldError>,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<T>, HeatReport), FieldError> {
+        let mut time_step = 1.0;
+        loop {
+            progress.check()?;
+            let Diffused { values, out_of_reach, .. } =
+                find(&VectorHeatSolver::with_time(&self.mesh, time_step)?)?;
+            if out_of_reach == 0 || time_step >= MAX_TIME_STEP {
+                return Ok((values, HeatReport { time_step, out_of_reach }));
+            }
+            time_step *= 4.0;
+        }
     }
 
     /// The logarithmic map at a vertex, of shortest paths or by the vector heat method.
@@ -217,15 +252,18 @@ impl SurfaceFields<'_> {
         progress: &dyn Progress,
     ) -> Result<LogMap, SurfaceFieldError> {
         let vertex = self.vertex(source)?;
-        let found = match method {
-            DistanceMethod::Exact => exact_log_map(&self.mesh, vertex, progress)?,
-            DistanceMethod::Heat => VectorHeatSolver::new(&self.mesh)?.log_map(vertex)?,
+        let (found, heat) = match method {
+            DistanceMethod::Exact => (exact_log_map(&self.mesh, vertex, progress)?, None),
+            DistanceMethod::Heat => {
+                let (found, heat) = self.carried(|solver| solver.log_map(vertex), progress)?;
+                (found, Some(heat))
+            }
         };
         let is_reached = |(v, z): (usize, &Complex64)| v == vertex.index() || *z != Complex64::default();
         let pair = |(v, z)| if is_reached((v, z)) { [z.re, z.im] } else { [f64::NAN; 2] };
         let coordinates =
             self.to_file(&found.iter().enumerate().map(pair).collect::<Vec<_>>(), [f64::NAN; 2]);
-        Ok(LogMap { coordinates, axes: self.frames.axes()[vertex.index()] })
+        Ok(LogMap { coordinates, axes: self.frames.axes()[vertex.index()], heat })
     }
 
     /// The axes of the tangent plane of a vertex in space.
@@ -244,8 +282,12 @@ impl SurfaceFields<'_> {
         }
     }
 
+    pub(super) fn working(&self) -> Working<'_> {
+        working(self.surface, None, &self.tree)
+    }
+
     fn points(&self, places: &[Place], notes: &mut Vec<Note>) -> Result<Vec<SurfacePoint>, DistanceError> {
-        let working = working(self.surface, None, &self.tree);
+        let working = self.working();
         let mut points = Vec::new();
         for &place in places {
             points.extend(working.points(place, notes)?);
@@ -257,7 +299,7 @@ impl SurfaceFields<'_> {
         self.to_file(&self.frames.embed(tangent), DVec3::NAN)
     }
 
-    fn to_file<T: Copy>(&self, values: &[T], unused: T) -> Vec<T> {
+    pub(super) fn to_file<T: Copy>(&self, values: &[T], unused: T) -> Vec<T> {
         match &self.surface.original {
             Some(Original { origins, .. }) => origins.values(values, unused, |first, _| first),
             None => values.to_vec(),

@@ -3,6 +3,7 @@
 //! What is computed on is a manifold made of the triangles: borders that lie on each other are joined, faces turned, what is
 //! unusable left out. What is found is told at the vertices of the file, which keep their numbers.
 
+mod curves;
 mod distances;
 mod fields;
 mod solver;
@@ -24,12 +25,13 @@ use crate::left_out::{LeftOut, check_left_out};
 use crate::range::{OutOfRange, check_range};
 use crate::{EdgeLength, ModelExt, Note};
 
+pub use curves::{SignedDistance, SignedDistanceOptions, SurfaceCentre};
 pub use distances::{
     DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, StraightPath, SurfacePath,
 };
 pub use fields::{
     Alignment, Directions, Heat, HeatOptions, InitialHeat, LogMap, Singularity, SurfaceFieldError,
-    SurfaceFields,
+    SurfaceFields, Transported,
 };
 pub use solver::DistanceSolver;
 

@@ -24,7 +24,7 @@ use crate::analysis::SNAP;
 const NOTABLY_OFF: f64 = 1e-3;
 
 /// The largest time step that is tried where none is given: heat reaches some 200,000 edges.
-const MAX_TIME_STEP: f64 = 65536.0;
+pub(super) const MAX_TIME_STEP: f64 = 65536.0;
 
 impl Triangulated {
     /// Distances of all vertices from the nearest source. A surface that cannot be oriented is measured on its double
@@ -379,7 +379,7 @@ impl Working<'_> {
     }
 
     /// A point of the working mesh as one of the file's.
-    fn on_file(&self, point: FacePoint) -> FacePoint {
+    pub(super) fn on_file(&self, point: FacePoint) -> FacePoint {
         self.original.map_or(point, |(_, origins)| origins.point(point))
     }
 
@@ -409,7 +409,7 @@ impl Working<'_> {
     }
 
     /// The vertex closest to a point, as its face has it.
-    fn corner(&self, point: SurfacePoint) -> Vertex {
+    pub(super) fn corner(&self, point: SurfacePoint) -> Vertex {
         if let SurfacePoint::Vertex(vertex) = point {
             return vertex;
         }

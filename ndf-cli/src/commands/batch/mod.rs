@@ -36,6 +36,11 @@ pub enum Arguments {
     Mesh(arguments::Arguments),
     /// Compute geodesic distances on every input
     Geodesic(arguments::Arguments),
+    /// Compute signed distances from curves on every input
+    SignedDistance(arguments::Arguments),
+    /// Find the mean or the median of points on every input
+    #[command(visible_alias = "center")]
+    Centre(arguments::Arguments),
     /// Compute eigenvalues and eigenfunctions of every input
     Spectrum(arguments::Arguments),
     /// Compute a direction field on every input
@@ -88,6 +93,8 @@ impl Arguments {
             Self::Extract(arguments) => Part::Work(&recipe::EXTRACT, arguments),
             Self::Mesh(arguments) => Part::Work(&recipe::MESH, arguments),
             Self::Geodesic(arguments) => Part::Work(&recipe::GEODESIC, arguments),
+            Self::SignedDistance(arguments) => Part::Work(&recipe::SIGNED_DISTANCE, arguments),
+            Self::Centre(arguments) => Part::Work(&recipe::CENTRE, arguments),
             Self::Spectrum(arguments) => Part::Work(&recipe::SPECTRUM, arguments),
             Self::Directions(arguments) => Part::Work(&recipe::DIRECTIONS, arguments),
             Self::Stripes(arguments) => Part::Work(&recipe::STRIPES, arguments),

@@ -3,8 +3,8 @@
 use clap::Args;
 
 use crate::commands::{
-    convert, decimate, directions, extract, fit, geodesic, heat, info, laplacian, logmap, measure, mesh,
-    remesh, render, repair, spectrum, stripes, transport,
+    centre, convert, decimate, directions, extract, fit, geodesic, heat, info, laplacian, logmap, measure,
+    mesh, remesh, render, repair, signed_distance, spectrum, stripes, transport,
 };
 use crate::context::Options;
 
@@ -59,11 +59,13 @@ impl Recipe {
     }
 }
 
-static RECIPES: [&Recipe; 18] = [
+static RECIPES: [&Recipe; 20] = [
     &FIT,
     &EXTRACT,
     &MESH,
     &GEODESIC,
+    &SIGNED_DISTANCE,
+    &CENTRE,
     &SPECTRUM,
     &DIRECTIONS,
     &STRIPES,
@@ -101,6 +103,13 @@ pub(super) static GEODESIC: Recipe = Recipe {
     shared: &["--paths"],
     ..Recipe::writing("geodesic", "ply", geodesic::Arguments::augment_args)
 };
+
+/// `ndf signed-distance`.
+pub(super) static SIGNED_DISTANCE: Recipe =
+    Recipe::writing("signed-distance", "ply", signed_distance::Arguments::augment_args);
+
+/// `ndf centre`.
+pub(super) static CENTRE: Recipe = Recipe::printing("centre", centre::Arguments::augment_args);
 
 /// `ndf spectrum`.
 pub(super) static SPECTRUM: Recipe = Recipe {
