@@ -13,7 +13,7 @@ use ndf_mesh::{ClosestPoint, ManifoldMesh, TriangleMesh, TriangleTree, Vertex};
 use ndf_meshing::WithinError;
 use serde_json::{Value, json};
 
-use crate::arguments::PartArguments;
+use crate::arguments::MeshToMesh;
 use crate::context::Context;
 use crate::files::{LARGEST, read_faces};
 use crate::output::{Failure, grouped, passes, readable};
@@ -25,14 +25,10 @@ pub type Rows = Vec<(&'static str, String)>;
 ///
 /// # Errors
 /// If the file cannot be read, or the mesh is no manifold that can be had without inventing geometry.
-pub fn read_manifold(
-    path: &Path,
-    parts: PartArguments,
-    context: &Context,
-) -> Result<(MeshFile, Repaired), Failure> {
-    let name = path.display();
-    let file = read_faces(path, context)?;
-    let options = parts.options(Parts::All);
+pub fn read_manifold(meshes: &MeshToMesh, context: &Context) -> Result<(MeshFile, Repaired), Failure> {
+    let name = meshes.input.display();
+    let file = read_faces(&meshes.input, context)?;
+    let options = meshes.parts.options(Parts::All);
     let mended = repaired(&file.mesh, &options).map_err(|error| {
         Failure::new(format!("{name} is {error}"))
             .try_instead("`ndf mesh` makes a manifold around what it encloses")

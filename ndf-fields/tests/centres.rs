@@ -80,7 +80,7 @@ fn centres_of_symmetric_points_of_a_sphere_are_symmetric() {
         });
         let [[a, e], [b, f], [c, g]] = errors;
         // Shortest paths of a polyhedron shun its corners, and many of them run in parallel here: an error of a part of an edge.
-        assert!(b < 0.6 * a && c < 0.6 * b && c < 0.02, "{errors:?}");
+        assert!(b < 0.6 * a && c < 0.6 * b && c < 0.03, "{errors:?}");
         assert!(f < 0.7 * e && g < 0.7 * f && g < 0.02, "{errors:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! Arguments that several commands share, and the values of the library they stand for.
 
 mod edge_length;
+mod mesh_to_mesh;
 mod numbers;
 mod parts;
 mod reading;
@@ -10,6 +11,7 @@ mod triangulation;
 mod up;
 
 pub use edge_length::EdgeLength;
+pub use mesh_to_mesh::MeshToMesh;
 pub use numbers::{Vertices, angle, bits, crease, length, point, seconds, share, vertices};
 pub use parts::PartArguments;
 pub use reading::Reading;

@@ -23,8 +23,8 @@ pub struct Arguments {
     #[arg(long, value_name = "W", allow_negative_numbers = true, value_parser = length)]
     weight: Vec<f64>,
     /// Which centre.
-    #[arg(long, value_enum, default_value_t)]
-    kind: Kind,
+    #[arg(long = "kind", value_enum, default_value_t)]
+    centre: Kind,
 }
 
 /// Kinds of centres.
@@ -51,7 +51,7 @@ impl From<Kind> for CentreKind {
 /// # Errors
 /// If the input is no usable triangulation, or sources are not on it, not joined, or not as many as their weights.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let Arguments { triangulation, sources, weight, kind } = arguments;
+    let Arguments { triangulation, sources, weight, centre: kind } = arguments;
     let input = &triangulation.input;
     let places = sources.places();
     if !weight.is_empty() && weight.len() != places.len() {

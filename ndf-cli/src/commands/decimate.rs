@@ -1,29 +1,21 @@
 //! `ndf decimate`: fewer faces.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{ArgGroup, Args};
-use ndf_mesh::io::format_to_write;
 use ndf_meshing::{DecimationOptions, decimate, decimate_within};
 
-use crate::arguments::{PartArguments, crease, share};
+use crate::arguments::{MeshToMesh, crease, share};
 use crate::context::Context;
-use crate::output::{Failure, Outcome, check_output, grouped, table};
+use crate::output::{Failure, Outcome, grouped, table};
 use crate::remeshed::{carried_scalars, measured, mended_scalars, not_within, read_manifold, sampling, told};
-use crate::streams::{input_file, output_file};
 
 /// Arguments of `ndf decimate`.
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("goal").args(["faces", "error"]).required(true)))]
 pub struct Arguments {
-    /// A mesh. What is no manifold is mended first, as `ndf repair` does.
-    #[arg(value_parser = input_file())]
-    input: PathBuf,
-    /// The mesh to write, with the scalars of the input where the format has some (.ply, .glb); the extension sets the format
-    /// (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
-    output: PathBuf,
+    #[command(flatten)]
+    meshes: MeshToMesh,
     /// The number of faces to reach.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     faces: Option<u32>,
@@ -37,8 +29,6 @@ pub struct Arguments {
     /// Keep edges at which the normals of the faces are more than so many degrees apart.
     #[arg(long, value_name = "DEG", value_parser = crease)]
     creases: Option<f64>,
-    #[command(flatten)]
-    parts: PartArguments,
 }
 
 /// Decimates a mesh.
@@ -46,11 +36,10 @@ pub struct Arguments {
 /// # Errors
 /// If the input is no mesh that can be mended, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let (input, output) = (&arguments.input, &arguments.output);
-    format_to_write(output)?;
-    check_output(output, &[input])?;
+    let MeshToMesh { input, output, .. } = &arguments.meshes;
+    arguments.meshes.check()?;
     context.expect(&["decimation"]);
-    let (file, mended) = read_manifold(input, arguments.parts, context)?;
+    let (file, mended) = read_manifold(&arguments.meshes, context)?;
     let mesh = &mended.mesh;
     let started = Instant::now();
     // No closed surface has fewer faces.

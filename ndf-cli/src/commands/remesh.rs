@@ -1,31 +1,23 @@
 //! `ndf remesh`: triangles of another size.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{ArgGroup, Args, ValueEnum};
 use ndf_intrinsic::remesh_intrinsically;
-use ndf_mesh::io::format_to_write;
 use ndf_meshing::{IsotropicError, IsotropicOptions, remesh_isotropically, remesh_within};
 use ndf_model::Similarity;
 
-use crate::arguments::{PartArguments, crease, length, share};
+use crate::arguments::{MeshToMesh, crease, length, share};
 use crate::context::Context;
-use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
+use crate::output::{Failure, Outcome, grouped, readable, table};
 use crate::remeshed::{carried_scalars, measured, mended_scalars, not_within, read_manifold, sampling, told};
-use crate::streams::{input_file, output_file};
 
 /// Arguments of `ndf remesh`.
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("goal").args(["edge_length", "relative_edge_length", "error"]).required(true)))]
 pub struct Arguments {
-    /// A mesh. What is no manifold is mended first, as `ndf repair` does.
-    #[arg(value_parser = input_file())]
-    input: PathBuf,
-    /// The mesh to write, with the scalars of the input where the format has some (.ply, .glb); the extension sets the format
-    /// (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
-    output: PathBuf,
+    #[command(flatten)]
+    meshes: MeshToMesh,
     /// About how long the edges are, in the input's units.
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = length)]
     edge_length: Option<f64>,
@@ -45,8 +37,6 @@ pub struct Arguments {
     /// How often edges are split, collapsed and flipped and vertices moved.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
-    #[command(flatten)]
-    parts: PartArguments,
 }
 
 /// How triangles are made.
@@ -64,16 +54,15 @@ enum Method {
 /// # Errors
 /// If the input is no mesh that can be mended, the edges would make too many faces, or the mesh cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let (input, output) = (&arguments.input, &arguments.output);
-    format_to_write(output)?;
-    check_output(output, &[input])?;
+    let MeshToMesh { input, output, .. } = &arguments.meshes;
+    arguments.meshes.check()?;
     if arguments.method == Method::Intrinsic && (arguments.error.is_some() || arguments.creases.is_some()) {
         return Err(Failure::new("--method intrinsic takes neither --error nor --creases").try_instead(
             "give it --edge-length; its vertices are on the surface, and creases stay where edges are short",
         ));
     }
     context.expect(&["isotropic remeshing"]);
-    let (file, mended) = read_manifold(input, arguments.parts, context)?;
+    let (file, mended) = read_manifold(&arguments.meshes, context)?;
     let mesh = &mended.mesh;
     let started = Instant::now();
     let relative = |h| Similarity::from_bounds(&mesh.bounds()).length_to_world(h);

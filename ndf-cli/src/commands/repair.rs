@@ -6,31 +6,23 @@ use std::time::Instant;
 use clap::Args;
 use ndf::figures::ExtractionFigures;
 use ndf_mesh::Vertex;
-use ndf_mesh::io::{atomic_write, format_to_write};
+use ndf_mesh::io::atomic_write;
 use ndf_mesh::repair::Origins;
 
-use crate::arguments::PartArguments;
+use crate::arguments::MeshToMesh;
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, is_same, table};
 use crate::remeshed::{mended_scalars, read_manifold, rows_of};
-use crate::streams::{input_file, output_file};
 
 /// Arguments of `ndf repair`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// A mesh.
-    #[arg(value_parser = input_file())]
-    input: PathBuf,
-    /// The mesh to write, with the scalars of the input where the format has some (.ply, .glb); the extension sets the format
-    /// (.ply, .glb, .obj, .stl).
-    #[arg(short, long, value_name = "MESH", value_parser = output_file("ply"))]
-    output: PathBuf,
+    #[command(flatten)]
+    meshes: MeshToMesh,
     /// Also write which vertices of the input those of the mesh are: a table (CSV) with a line for every pair. A vertex of the
     /// input that was merged with another has the same one, one whose faces were separated several, one that is left out none.
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
-    #[command(flatten)]
-    parts: PartArguments,
 }
 
 /// Mends a mesh.
@@ -38,9 +30,9 @@ pub struct Arguments {
 /// # Errors
 /// If the input is no mesh that can be mended, or a file cannot be written.
 pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
-    let Arguments { input, output, map, parts } = arguments;
-    format_to_write(output)?;
-    check_output(output, &[input])?;
+    let Arguments { meshes, map } = arguments;
+    let MeshToMesh { input, output, .. } = meshes;
+    meshes.check()?;
     if let Some(map) = map {
         check_output(map, &[input])?;
         if is_same(map, output) {
@@ -49,7 +41,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         }
     }
     let started = Instant::now();
-    let (file, mended) = read_manifold(input, *parts, context)?;
+    let (file, mended) = read_manifold(meshes, context)?;
     let seconds = started.elapsed().as_secs_f64();
     context.write_mesh(output, &mended.mesh, &mended_scalars(&file, &mended))?;
     if let Some(map) = map {

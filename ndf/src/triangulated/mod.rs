@@ -6,6 +6,7 @@
 mod curves;
 mod distances;
 mod fields;
+mod heat;
 mod solver;
 
 use std::collections::HashMap;
@@ -29,10 +30,8 @@ pub use curves::{SignedDistance, SignedDistanceOptions, SurfaceCentre};
 pub use distances::{
     DistanceError, DistanceMethod, DistanceOptions, Distances, HeatReport, Place, StraightPath, SurfacePath,
 };
-pub use fields::{
-    Alignment, Directions, Heat, HeatOptions, InitialHeat, LogMap, Singularity, SurfaceFieldError,
-    SurfaceFields, Transported,
-};
+pub use fields::{Alignment, Directions, LogMap, Singularity, SurfaceFieldError, SurfaceFields, Transported};
+pub use heat::{Heat, HeatOptions, InitialHeat};
 pub use solver::DistanceSolver;
 
 /// Triangles that can be computed on.
