@@ -25,7 +25,7 @@ numbers = [int(v) for v in np.fromfile(folder / "curves", np.uint32)]
 curves = []
 while numbers:
     count, numbers = numbers[0], numbers[1:]
-    curves.append([([v], []) for v in numbers[:count]])
+    curves.append([(v, []) for v in numbers[:count]])
     numbers = numbers[count:]
 
 
@@ -46,7 +46,7 @@ leave("transport", embedded(solver.transport_tangent_vector(source, plane)))
 leave("extend", solver.extend_scalar(two, [1.0, 3.0]))
 leave("log", embedded(solver.compute_log_map(source), [source]))
 # Theirs is positive on the left.
-leave("signed", -potpourri3d.MeshSignedHeatSolver(V, F).compute_distance(curves))
+leave("signed", -potpourri3d.MeshSignedHeatSolver(V, F).compute_distance(curves, [True] * len(curves)))
 tracer = potpourri3d.GeodesicTracer(V, F)
 leave("traces", [tracer.trace_geodesic_from_vertex(source, end)[-1] for end in ends])
 print(version("potpourri3d"))
