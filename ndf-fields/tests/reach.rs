@@ -59,7 +59,7 @@ fn normals_of_curves_reach_as_far_as_their_time() {
         (0..=AROUND).rev().map(|k| SurfacePoint::Vertex(Vertex(k % AROUND))).collect();
     let found = [0.25, 16.0].map(|time| {
         let options = SignedHeatOptions { time, ..SignedHeatOptions::default() };
-        signed_distances(&mesh, &[ring.clone()], &[], &options, &NoProgress).unwrap()
+        signed_distances(&mesh, std::slice::from_ref(&ring), &[], &options, &NoProgress).unwrap()
     });
     assert!(found[0].out_of_reach > 1000, "{}", found[0].out_of_reach);
     assert_eq!(found[1].out_of_reach, 0);

@@ -134,7 +134,7 @@ fn curves_are_zero() {
     let mesh = manifold(shapes::torus(40, 20, 1.0, 0.4));
     // A way through vertices, and one through faces.
     let ring: Vec<SurfacePoint> = (0..=40).map(|k| SurfacePoint::Vertex(Vertex(k % 40 * 20))).collect();
-    let found = distances(&mesh, &[ring.clone()], ZeroSet::Curves);
+    let found = distances(&mesh, &[ring], ZeroSet::Curves);
     assert!((0..40).all(|k| found.values[k * 20] == 0.0));
     let crossing = level_set(&mesh, |p| p.x - 0.2);
     let found = distances(&mesh, &crossing, ZeroSet::Curves);
