@@ -1,6 +1,7 @@
 use std::borrow::Cow;
 
 use ndf_core::{DVec3, NoProgress};
+use ndf_fields::CentreKind;
 use ndf_mesh::{FacePoint, shapes};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -215,4 +216,39 @@ fn more_than_a_twentieth_is_not_left_out_silently() {
     assert!((error.share - 5.0 / 80.0).abs() < 1e-12);
     let found = Triangulated::from_mesh(mesh, &RepairOptions::LARGEST).unwrap();
     assert_eq!((found.area_left_out, found.unused_vertices()), (error.share, vec![Vertex(0)]));
+}
+
+/// What is told at the vertices of a file does not depend on how the file has them.
+#[test]
+fn signed_distances_and_centres_are_those_of_the_file() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let plain = shapes::torus(40, 20, 1.0, 0.4);
+    let (file, places) = as_in_a_file(&plain, &mut random);
+    let around =
+        |f: &dyn Fn(usize) -> Vertex| vec![(0..=40).map(|k| Place::Vertex(f(k % 40 * 20))).collect()];
+    let in_file = |v: usize| Vertex::new(places.iter().position(|place| *place == Some(v)).unwrap());
+    let surface = triangulated(plain.clone());
+    let other = triangulated(file);
+    let signed = |surface: &Triangulated, curves| {
+        let options = SignedDistanceOptions { curves, ..SignedDistanceOptions::default() };
+        surface.fields().unwrap().signed_distance(&options, &NoProgress).unwrap()
+    };
+    let found = signed(&surface, around(&Vertex::new));
+    let again = signed(&other, around(&in_file));
+    assert!((found.curve_length - again.curve_length).abs() < 1e-9);
+    // The repaired mesh may have turned all faces, and sides with them.
+    let turned = |x: f64, y: f64| (x - y).abs().min((x + y).abs());
+    for (v, place) in places.iter().enumerate() {
+        match place {
+            Some(place) => assert!(turned(again.values[v], found.values[*place]) < 1e-6, "{v}"),
+            None => assert!(again.values[v].is_infinite()),
+        }
+    }
+    let centre = |surface: &Triangulated, f: &dyn Fn(usize) -> Vertex| {
+        let places = [3, 45, 110].map(|v| (Place::Vertex(f(v)), 1.0));
+        surface.fields().unwrap().centre(&places, CentreKind::Mean, &NoProgress).unwrap()
+    };
+    let (found, again) = (centre(&surface, &Vertex::new), centre(&other, &in_file));
+    assert!(found.position.distance(again.position) < 1e-3, "{found:?} {again:?}");
+    assert_eq!(again.position, again.point.position(other.mesh()));
 }
