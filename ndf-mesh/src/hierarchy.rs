@@ -76,18 +76,34 @@ impl Hierarchy {
     /// # Panics
     /// If `leaf_size` is 0 or there are more than `u32::MAX` boxes.
     pub fn new(boxes: &[BoundingBox], leaf_size: usize) -> Self {
-        assert!(leaf_size > 0 && u32::try_from(boxes.len()).is_ok());
+        Self::of(boxes.len(), |item| boxes[item], leaf_size)
+    }
+
+    /// As [`new`](Self::new), of so many items whose boxes are asked for one by one: those of millions take a good part of the memory.
+    ///
+    /// # Panics
+    /// If `leaf_size` is 0 or there are more than `u32::MAX` items.
+    pub fn of(count: usize, box_of: impl Fn(usize) -> BoundingBox, leaf_size: usize) -> Self {
+        assert!(leaf_size > 0 && u32::try_from(count).is_ok());
         let usable = |b: &BoundingBox| b.min.is_finite() && b.max.is_finite() && !b.is_empty();
-        let mut items: Vec<Item> = (0..)
-            .zip(boxes)
-            .filter(|(_, b)| usable(b))
-            .map(|(index, &bounds)| Item { bounds, index })
-            .collect();
+        let mut items = Vec::with_capacity(count);
+        for index in 0..count {
+            let bounds = box_of(index);
+            if usable(&bounds) {
+                items.push(Item { bounds, index: index as u32 });
+            }
+        }
         if items.is_empty() {
             return Self::default();
         }
         let nodes = subtree(&mut items, 0, 0, leaf_size);
         Self { nodes, order: items.iter().map(|item| item.index).collect() }
+    }
+
+    /// How many leaves there are.
+    pub fn leaf_count(&self) -> usize {
+        let is_leaf = |child: &&Child| matches!(child, Child::Leaf { .. });
+        self.nodes.iter().map(|node| node.children.iter().filter(is_leaf).count()).sum()
     }
 
     /// The nodes; the root is the first, parents come before their children. Empty if there are no items.

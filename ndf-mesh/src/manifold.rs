@@ -5,8 +5,8 @@ use std::ops::Deref;
 use ndf_core::DVec3;
 use rayon::prelude::*;
 
-use crate::halfedge::{NO_HALFEDGE, Topology};
-use crate::{Halfedge, TriangleMesh, ValidationReport, Vertex};
+use crate::halfedge::Topology;
+use crate::{Halfedge, Sides, TriangleMesh, ValidationReport};
 
 /// An oriented manifold triangle mesh, possibly with boundary and several components.
 ///
@@ -30,24 +30,15 @@ pub struct NotManifold(pub Box<ValidationReport>);
 impl TryFrom<TriangleMesh> for ManifoldMesh {
     type Error = NotManifold;
 
-    /// Checks the mesh and builds its topology. O(n log n).
+    /// Checks the mesh and builds its topology. O(n log degree).
     ///
     /// # Errors
     /// With the report of every defect, if the mesh is not an oriented manifold.
     fn try_from(mesh: TriangleMesh) -> Result<Self, NotManifold> {
-        let report = ValidationReport::of(&mesh);
-        if !report.is_oriented_manifold() {
-            return Err(NotManifold(Box::new(report)));
+        match Self::proven(mesh) {
+            Ok(manifold) => Ok(manifold),
+            Err(mesh) => Err(NotManifold(Box::new(ValidationReport::of(&mesh)))),
         }
-        let topology = Topology::from_trusted_gluing(
-            mesh.vertex_count(),
-            mesh.faces()
-                .as_flattened()
-                .par_iter()
-                .zip(twins_of(&mesh))
-                .map(|(&tail, twin)| (Vertex(tail), twin)),
-        );
-        Ok(Self { mesh, topology })
     }
 }
 
@@ -61,19 +52,27 @@ impl Deref for ManifoldMesh {
 }
 
 impl ManifoldMesh {
-    /// A manifold of which the twin of every half-edge is known ([`NO_HALFEDGE`] on the boundary): twins are
+    /// A manifold of which the twin of every half-edge is known ([`NO_HALFEDGE`](crate::NO_HALFEDGE) on the boundary): twins are
     /// checked over all threads instead of being searched for. O(n · degree).
     ///
     /// # Errors
     /// With the report of every defect, if the mesh is not an oriented manifold. If it is one, but the twins are
     /// not its own, they are found as by [`try_from`](Self::try_from).
     pub fn with_twins(mesh: TriangleMesh, twins: &[Halfedge]) -> Result<Self, NotManifold> {
-        let is_finite = !mesh.faces().is_empty() && mesh.positions().par_iter().all(|p| p.is_finite());
-        let topology =
-            is_finite.then(|| Topology::glued(mesh.vertex_count(), mesh.faces().as_flattened(), twins));
-        match topology {
-            Some(Ok(topology)) if topology.is_simplicial() => Ok(Self { mesh, topology }),
-            _ => Self::try_from(mesh),
+        match topology_of(&mesh, twins) {
+            Some(topology) => Ok(Self { mesh, topology }),
+            None => Self::try_from(mesh),
+        }
+    }
+
+    /// The mesh with its topology if it is an oriented manifold, or else as it was.
+    pub(crate) fn proven(mesh: TriangleMesh) -> Result<Self, TriangleMesh> {
+        let sides = Sides::of(mesh.vertex_count(), mesh.face_indices().zip(mesh.faces().iter().copied()));
+        let twins = sides.twins(mesh.faces());
+        drop(sides);
+        match twins.and_then(|twins| topology_of(&mesh, &twins)) {
+            Some(topology) => Ok(Self { mesh, topology }),
+            None => Err(mesh),
         }
     }
 
@@ -100,31 +99,17 @@ impl ManifoldMesh {
     }
 }
 
-/// The twins of a mesh known to be an oriented manifold.
-fn twins_of(mesh: &TriangleMesh) -> Vec<Halfedge> {
-    let tails = mesh.faces().as_flattened();
-    let mut by_edge: Vec<(u32, u32, Halfedge)> = (0..tails.len())
-        .map(Halfedge::new)
-        .map(|h| {
-            let (a, b) = (tails[h.index()], tails[h.next().index()]);
-            (a.min(b), a.max(b), h)
-        })
-        .collect();
-    by_edge.sort_unstable();
-    let mut twins = vec![NO_HALFEDGE; tails.len()];
-    for pair in by_edge.windows(2) {
-        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            twins[pair[0].2.index()] = pair[1].2;
-            twins[pair[1].2.index()] = pair[0].2;
-        }
-    }
-    twins
+/// The topology of a mesh by the twins of its half-edges, if with these it is an oriented manifold.
+fn topology_of(mesh: &TriangleMesh, twins: &[Halfedge]) -> Option<Topology> {
+    let is_finite = !mesh.faces().is_empty() && mesh.positions().par_iter().all(|p| p.is_finite());
+    let glued = || Topology::glued(mesh.vertex_count(), mesh.faces().as_flattened(), twins).ok();
+    is_finite.then(glued).flatten().filter(Topology::is_simplicial)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
+    use crate::{NO_HALFEDGE, shapes};
 
     #[test]
     fn known_twins_give_the_same_mesh() {

@@ -1,5 +1,7 @@
 //! An indexed triangle mesh about which only its index bounds are known.
 
+use std::sync::Arc;
+
 use ndf_core::DVec3;
 
 use ndf_core::BoundingBox;
@@ -8,10 +10,12 @@ use crate::{Face, Vertex};
 
 /// Vertex positions and faces as read from a file or made by an algorithm. Indices are in range; nothing else
 /// is promised. Past [`ManifoldMesh::try_from`](crate::ManifoldMesh) everything is.
+///
+/// Clones share positions and faces, which never change.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    positions: Vec<DVec3>,
-    faces: Vec<[u32; 3]>,
+    positions: Arc<Vec<DVec3>>,
+    faces: Arc<Vec<[u32; 3]>>,
 }
 
 /// A face names a vertex that does not exist.
@@ -38,13 +42,17 @@ impl TriangleMesh {
                 return Err(FaceIndexOutOfRange { face, vertex, vertices: positions.len() });
             }
         }
-        Ok(Self { positions, faces })
+        Ok(Self::shared(positions, faces))
     }
 
     /// For algorithms of this crate that make indices in range by construction.
     pub(crate) fn from_parts(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
         debug_assert!(faces.iter().flatten().all(|&v| (v as usize) < positions.len()));
-        Self { positions, faces }
+        Self::shared(positions, faces)
+    }
+
+    fn shared(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
+        Self { positions: Arc::new(positions), faces: Arc::new(faces) }
     }
 
     /// Vertex positions.
@@ -57,9 +65,9 @@ impl TriangleMesh {
         &self.faces
     }
 
-    /// Positions and faces, given away.
+    /// Positions and faces, given away; copied only if a clone has them, too.
     pub fn into_parts(self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-        (self.positions, self.faces)
+        (Arc::unwrap_or_clone(self.positions), Arc::unwrap_or_clone(self.faces))
     }
 
     /// Number of vertices.
@@ -134,13 +142,13 @@ impl TriangleMesh {
 
     /// Smallest box around all vertices.
     pub fn bounds(&self) -> BoundingBox {
-        BoundingBox::of_points(&self.positions)
+        BoundingBox::of_points(self.positions())
     }
 
     /// Area-weighted unit vertex normals; zero where they cancel.
     pub fn vertex_normals(&self) -> Vec<DVec3> {
         let mut normals = vec![DVec3::ZERO; self.vertex_count()];
-        for (f, corners) in self.face_indices().zip(&self.faces) {
+        for (f, corners) in self.face_indices().zip(self.faces()) {
             let cross = self.face_cross(f);
             for &v in corners {
                 normals[v as usize] += cross;
@@ -152,6 +160,7 @@ impl TriangleMesh {
     /// The same faces over moved vertices.
     #[must_use]
     pub fn map_positions(&self, f: impl Fn(DVec3) -> DVec3) -> Self {
-        Self { positions: self.positions.iter().map(|&p| f(p)).collect(), faces: self.faces.clone() }
+        let positions = self.positions.iter().map(|&p| f(p)).collect();
+        Self { positions: Arc::new(positions), faces: Arc::clone(&self.faces) }
     }
 }

@@ -2,10 +2,9 @@
 
 use std::fmt;
 
-use ndf_core::DVec3;
 use serde::Serialize;
 
-use super::TriangleMesh;
+use crate::{Face, Halfedge, Sides, TriangleMesh, first_in_place};
 
 /// One kind of defect: how often it occurs and where first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -73,7 +72,10 @@ impl ValidationReport {
         let mut report = Self { vertices: mesh.vertex_count(), faces: mesh.face_count(), ..Self::default() };
         report.examine_vertices(mesh);
         let proper = report.examine_faces(mesh);
-        report.examine_edges(mesh, &proper);
+        let sides =
+            Sides::of(mesh.vertex_count(), proper.iter().map(|&f| (Face(f), mesh.faces()[f as usize])));
+        sides.repeated_faces(mesh.faces()).into_iter().for_each(|f| report.duplicate_faces.note(f.0));
+        report.examine_edges(mesh, &proper, &sides);
         report
     }
 
@@ -160,14 +162,8 @@ impl ValidationReport {
                 self.nonfinite_vertices.note(v as u32);
             }
         }
-        let mut order: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
-        // Adding zero makes −0 and 0 the same bits.
-        let key = |v: &u32| (mesh.positions()[*v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
-        order.sort_by_cached_key(|v| (key(v), *v));
-        let mut duplicates: Vec<u32> =
-            order.windows(2).filter(|w| key(&w[0]) == key(&w[1])).map(|w| w[1]).collect();
-        duplicates.sort_unstable();
-        duplicates.iter().for_each(|&v| self.duplicate_vertices.note(v));
+        let duplicates = (0..).zip(first_in_place(mesh.positions())).filter(|(v, first)| v != first);
+        duplicates.for_each(|(v, _)| self.duplicate_vertices.note(v));
 
         let mut referenced = vec![false; mesh.vertex_count()];
         mesh.faces().iter().flatten().for_each(|&v| referenced[v as usize] = true);
@@ -190,51 +186,32 @@ impl ValidationReport {
                 }
             }
         }
-        let key = |f: &u32| {
-            let mut corners = mesh.faces()[*f as usize];
-            corners.sort_unstable();
-            corners
-        };
-        let mut order = proper.clone();
-        order.sort_by_cached_key(|f| (key(f), *f));
-        let mut duplicates: Vec<u32> =
-            order.windows(2).filter(|w| key(&w[0]) == key(&w[1])).map(|w| w[1]).collect();
-        duplicates.sort_unstable();
-        duplicates.iter().for_each(|&f| self.duplicate_faces.note(f));
         proper
     }
 
-    fn examine_edges(&mut self, mesh: &TriangleMesh, proper: &[u32]) {
-        // Every side of every proper face: (lower vertex, higher vertex, face, runs upward).
-        let mut sides: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(3 * proper.len());
-        for &f in proper {
-            let [a, b, c] = mesh.faces()[f as usize];
-            for (p, q) in [(a, b), (b, c), (c, a)] {
-                sides.push((p.min(q), p.max(q), f, p < q));
-            }
-        }
-        sides.sort_unstable();
+    fn examine_edges(&mut self, mesh: &TriangleMesh, proper: &[u32], sides: &Sides) {
+        let tail = |h: Halfedge| mesh.faces().as_flattened()[h.index()];
         let mut faces_joined = DisjointSets::new(mesh.face_count());
-        // Corners of one vertex that share an edge belong to one fan.
-        let corner = |f: u32, v: u32| {
-            let c = mesh.faces()[f as usize].iter().position(|&w| w == v);
-            3 * f as usize + c.expect("v is a corner of f")
-        };
         let mut corners_joined = DisjointSets::new(3 * mesh.face_count());
         let mut on_boundary = Vec::new();
-        for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        // Corners of one vertex that share an edge belong to one fan: those at the lower and at the higher end of a side.
+        let ends = |low: u32, h: Halfedge| {
+            let (tail, tip) = (h.index(), h.next().index());
+            if mesh.faces().as_flattened()[tail] == low { [tail, tip] } else { [tip, tail] }
+        };
+        for (a, edge) in sides.edges() {
             self.edges += 1;
             self.most_faces_at_an_edge = self.most_faces_at_an_edge.max(edge.len());
-            let (a, b) = (edge[0].0, edge[0].1);
             for pair in edge.windows(2) {
-                faces_joined.join(pair[0].2 as usize, pair[1].2 as usize);
-                for v in [a, b] {
-                    corners_joined.join(corner(pair[0].2, v), corner(pair[1].2, v));
-                }
+                let [h, g] = [pair[0].1, pair[1].1];
+                faces_joined.join(h.face().index(), g.face().index());
+                let ([low, high], [other_low, other_high]) = (ends(a, h), ends(a, g));
+                corners_joined.join(low, other_low);
+                corners_joined.join(high, other_high);
             }
-            match edge {
-                [_] => on_boundary.push((a, b)),
-                [first, second] if first.3 == second.3 => self.inconsistent_edges.note(a),
+            match *edge {
+                [(b, _)] => on_boundary.push((a, b)),
+                [(_, h), (_, g)] if tail(h) == tail(g) => self.inconsistent_edges.note(a),
                 [_, _] => {}
                 _ => self.nonmanifold_edges.note(a),
             }
@@ -319,6 +296,7 @@ impl DisjointSets {
 mod tests {
     use super::super::shapes;
     use super::*;
+    use ndf_core::DVec3;
 
     fn report(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> ValidationReport {
         let positions = positions.iter().map(|&p| DVec3::from_array(p)).collect();

@@ -1,7 +1,7 @@
 //! The connected components of a mesh, and which of them are kept.
 
 use crate::validation::DisjointSets;
-use crate::{Face, TriangleMesh};
+use crate::{Face, Halfedge, ManifoldMesh, Sides, TriangleMesh};
 
 /// Which components are kept. Components are joined through edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,20 +36,25 @@ pub struct Kept {
 }
 
 impl Components {
-    /// Those of a mesh. O(n log n).
+    /// Those of a mesh. O(n log degree).
     pub fn of(mesh: &TriangleMesh) -> Self {
-        let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * mesh.face_count());
-        for (f, &[a, b, c]) in mesh.faces().iter().enumerate() {
-            for (p, q) in [(a, b), (b, c), (c, a)] {
-                sides.push((p.min(q), p.max(q), f as u32));
-            }
-        }
-        sides.sort_unstable();
+        let sides = Sides::of(mesh.vertex_count(), mesh.face_indices().zip(mesh.faces().iter().copied()));
+        let pairs = sides.edges().flat_map(|(_, edge)| edge.windows(2).map(|pair| [pair[0].1, pair[1].1]));
+        Self::joined(mesh, pairs)
+    }
+
+    /// Those of a manifold, whose topology knows which faces are beside each other. O(n).
+    pub fn of_manifold(mesh: &ManifoldMesh) -> Self {
+        let topology = mesh.topology();
+        Self::joined(mesh, topology.halfedges().filter_map(|h| topology.twin(h).map(|twin| [h, twin])))
+    }
+
+    /// Those of a mesh by pairs of half-edges whose faces are beside each other.
+    fn joined(mesh: &TriangleMesh, pairs: impl Iterator<Item = [Halfedge; 2]>) -> Self {
         let mut joined = DisjointSets::new(mesh.face_count());
-        for pair in sides.windows(2) {
-            if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-                joined.join(pair[0].2 as usize, pair[1].2 as usize);
-            }
+        for pair in pairs {
+            let [f, g] = pair.map(|h| h.face().index());
+            joined.join(f, g);
         }
         // The root of a set is its first face.
         let mut found = Self::default();

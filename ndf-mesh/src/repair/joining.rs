@@ -6,7 +6,7 @@ use ndf_core::DVec3;
 
 use super::{Components, usable_faces};
 use crate::validation::DisjointSets;
-use crate::{TriangleMesh, ValidationReport};
+use crate::{Sides, TriangleMesh, ValidationReport, first_in_place};
 
 /// Vertices closer than this many diagonals are taken as one where that closes a mesh.
 const NEAR: f64 = 1e-6;
@@ -25,10 +25,12 @@ pub(super) struct Joined {
 /// nearly in one place. The first of these is taken that leaves less boundary and makes no edge of three faces; near
 /// vertices are only worth it where that closes the mesh. `None` where nothing is.
 pub(super) fn joined(mesh: &TriangleMesh) -> Option<Joined> {
-    let before = ValidationReport::of(mesh);
-    if before.boundary_edges == 0 {
+    let sides = Sides::of(mesh.vertex_count(), mesh.face_indices().zip(mesh.faces().iter().copied()));
+    if sides.edges().all(|(_, edge)| edge.len() > 1) {
         return None;
     }
+    drop(sides);
+    let before = ValidationReport::of(mesh);
     let usable = |mesh: &TriangleMesh| {
         let faces = mesh.faces().iter().zip(usable_faces(mesh));
         let faces = faces.filter_map(|(face, usable)| usable.then_some(*face)).collect();
@@ -63,27 +65,21 @@ pub(super) fn joined(mesh: &TriangleMesh) -> Option<Joined> {
 /// Faces that collapse stay, naming a vertex twice; see [`without_unusable_faces`](super::without_unusable_faces). Chains of close vertices
 /// are merged only with vertices close to the first. A vertex that is not finite is close to none. O(n).
 pub fn welded(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
+    if tolerance <= 0.0 {
+        return merged(mesh);
+    }
     // Kept vertices by grid cell; the map is only looked into, never iterated.
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    let exact = tolerance <= 0.0;
-    let cell_of = |p: DVec3| {
-        if exact {
-            (p + DVec3::ZERO).to_array().map(|x| x.to_bits().cast_signed())
-        } else {
-            (p / tolerance).to_array().map(|x| x.floor() as i64)
-        }
-    };
+    let cell_of = |p: DVec3| (p / tolerance).to_array().map(|x| x.floor() as i64);
     let mut kept: Vec<DVec3> = Vec::new();
     let merged: Vec<u32> = mesh
         .positions()
         .iter()
         .map(|&p| {
             let cell = cell_of(p);
-            let neighbours = if exact { 0..=0 } else { -1..=1_i64 };
-            let near = neighbours
-                .clone()
-                .flat_map(|x| neighbours.clone().map(move |y| (x, y)))
-                .flat_map(|(x, y)| neighbours.clone().map(move |z| [x, y, z]))
+            let near = (-1..=1_i64)
+                .flat_map(|x| (-1..=1).map(move |y| (x, y)))
+                .flat_map(|(x, y)| (-1..=1).map(move |z| [x, y, z]))
                 .filter_map(|d| cells.get(&[0, 1, 2].map(|k| cell[k].wrapping_add(d[k]))))
                 .flatten()
                 .copied()
@@ -100,6 +96,25 @@ pub fn welded(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
         })
         .collect();
     let faces = mesh.faces().iter().map(|f| f.map(|v| merged[v as usize])).collect();
+    TriangleMesh::from_parts(kept, faces)
+}
+
+/// Merges vertices at exactly equal positions into the first of them. O(n).
+fn merged(mesh: &TriangleMesh) -> TriangleMesh {
+    let places = places(mesh);
+    if (0..).zip(&places).all(|(v, &place)| v == place) {
+        return mesh.clone();
+    }
+    let mut kept = Vec::new();
+    let mut number = vec![0; places.len()];
+    for (v, &place) in places.iter().enumerate() {
+        // The first of a place comes before the others.
+        number[v] = if place as usize == v { kept.len() as u32 } else { number[place as usize] };
+        if place as usize == v {
+            kept.push(mesh.positions()[v]);
+        }
+    }
+    let faces = mesh.faces().iter().map(|f| f.map(|v| number[v as usize])).collect();
     TriangleMesh::from_parts(kept, faces)
 }
 
@@ -143,11 +158,6 @@ fn stitched(mesh: &TriangleMesh, pieces: &[u32]) -> TriangleMesh {
 
 /// For every vertex the first vertex in the same place.
 fn places(mesh: &TriangleMesh) -> Vec<u32> {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::new();
-    let place = |(v, p): (usize, &DVec3)| match p.is_finite() {
-        // Adding zero makes −0 and 0 the same bits.
-        true => *first.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(v as u32),
-        false => v as u32,
-    };
-    mesh.positions().iter().enumerate().map(place).collect()
+    let place = |((v, p), first): ((u32, &DVec3), u32)| if p.is_finite() { first } else { v };
+    (0..).zip(mesh.positions()).zip(first_in_place(mesh.positions())).map(place).collect()
 }

@@ -19,7 +19,7 @@ pub use orientation::oriented;
 pub use origins::Origins;
 
 use crate::validation::ValidationReport;
-use crate::{Face, ManifoldMesh, NotManifold, TriangleMesh};
+use crate::{Face, ManifoldMesh, NotManifold, Sides, TriangleMesh};
 
 /// What a repair may do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,6 +68,9 @@ pub enum Irreparable {
 /// # Errors
 /// If the result is not an oriented manifold.
 pub fn repaired(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired, Irreparable> {
+    if let Some(whole) = whole(mesh, options) {
+        return Ok(whole);
+    }
     let mut notes = Vec::new();
     let mut work = Work::new(mesh, options, &mut notes);
     let kept = Components::of(&work.mesh).kept(options.parts);
@@ -95,6 +98,24 @@ pub fn repaired(mesh: &TriangleMesh, options: &RepairOptions) -> Result<Repaired
         notes.push(RepairNote::VerticesUnused { vertices: unused.len(), first });
     }
     Ok(Repaired { mesh: found, origins, notes, area_left_out: left_out(mesh, &kept) })
+}
+
+/// What [`repaired`] makes of a mesh that leaves nothing to repair, as most large ones do not: a closed manifold of which all
+/// components are kept and enclose a positive volume. Costs one pass over its edges in place of one for every repair.
+fn whole(mesh: &TriangleMesh, options: &RepairOptions) -> Option<Repaired> {
+    let manifold = ManifoldMesh::proven(mesh.clone()).ok()?;
+    if manifold.topology().boundary_edge_count() > 0 {
+        return None;
+    }
+    let components = Components::of_manifold(&manifold);
+    let kept = components.kept(options.parts);
+    let is_whole = kept.left_out == 0 && orientation::is_outward(&manifold, &components);
+    is_whole.then(|| Repaired {
+        origins: Origins::same(&manifold),
+        mesh: manifold,
+        notes: Vec::new(),
+        area_left_out: kept.area_left_out,
+    })
 }
 
 /// Triangles that can be computed on, whether or not they make a manifold.
@@ -193,14 +214,12 @@ pub fn finite_part(mesh: &TriangleMesh) -> (TriangleMesh, f64) {
 
 /// Which faces [`without_unusable_faces`] keeps.
 fn usable_faces(mesh: &TriangleMesh) -> Vec<bool> {
-    let mut seen = std::collections::HashSet::new();
-    let usable = |face: &[u32; 3]| {
-        let [a, b, c] = *face;
-        let mut key = *face;
-        key.sort_unstable();
-        is_finite(mesh, face) && a != b && b != c && c != a && seen.insert(key)
-    };
-    mesh.faces().iter().map(usable).collect()
+    let is_usable = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a && is_finite(mesh, &[a, b, c]);
+    let mut usable: Vec<bool> = mesh.faces().iter().map(is_usable).collect();
+    let faces = mesh.face_indices().zip(mesh.faces().iter().copied());
+    let sides = Sides::of(mesh.vertex_count(), faces.filter(|(face, _)| usable[face.index()]));
+    sides.repeated_faces(mesh.faces()).into_iter().for_each(|face| usable[face.index()] = false);
+    usable
 }
 
 /// Drops faces no topology can be made of: those that name a vertex twice, repeat the corners of an earlier

@@ -2,8 +2,9 @@
 
 use ndf_core::{BoundingBox, DVec3};
 
+use super::Components;
 use crate::triangle_tree::TriangleTree;
-use crate::{Face, TriangleMesh};
+use crate::{Face, ManifoldMesh, Sides, TriangleMesh};
 
 /// Turns faces so that neighbours across edges with two faces agree, and closed components so that their faces point out of
 /// what they enclose.
@@ -22,6 +23,24 @@ pub(super) fn turned(mesh: &TriangleMesh, turned: &[bool]) -> TriangleMesh {
     let face = |(&[a, b, c], &turned): (&[u32; 3], &bool)| if turned { [a, c, b] } else { [a, b, c] };
     let faces = mesh.faces().iter().zip(turned).map(face).collect();
     TriangleMesh::from_parts(mesh.positions().to_vec(), faces)
+}
+
+/// Share of the volumes of its faces seen from a corner that what a component encloses must exceed for its sign to be sure.
+const SURE: f64 = 1e-6;
+
+/// Whether all components of a closed manifold surely enclose a positive volume, so that [`oriented`] turns nothing.
+pub(super) fn is_outward(mesh: &ManifoldMesh, components: &Components) -> bool {
+    let mut corners: Vec<Option<DVec3>> = vec![None; components.len()];
+    let mut volumes = vec![[0.0, 0.0]; components.len()];
+    for (face, &component) in mesh.face_indices().zip(&components.of_face) {
+        let [a, b, c] = mesh.corner_positions(face);
+        let origin = *corners[component as usize].get_or_insert(a);
+        let volume = (a - origin).dot((b - origin).cross(c - origin));
+        let [sum, sum_of_sizes] = &mut volumes[component as usize];
+        *sum += volume;
+        *sum_of_sizes += volume.abs();
+    }
+    volumes.iter().all(|[sum, sum_of_sizes]| *sum > SURE * sum_of_sizes)
 }
 
 /// A component without boundary.
@@ -78,22 +97,18 @@ fn turn(turned: &mut [Option<bool>], faces: &[u32]) {
 /// Neighbours across edges with two faces, (face, other face, whether they disagree), by face; and which faces have an edge
 /// with another number of faces.
 fn neighbours(mesh: &TriangleMesh) -> (Vec<(u32, u32, bool)>, Vec<bool>) {
-    let mut sides: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(3 * mesh.face_count());
-    for (f, &[a, b, c]) in mesh.faces().iter().enumerate() {
-        for (p, q) in [(a, b), (b, c), (c, a)] {
-            sides.push((p.min(q), p.max(q), f as u32, p < q));
-        }
-    }
-    sides.sort_unstable();
-    let mut adjacent = Vec::with_capacity(sides.len());
+    let sides = Sides::of(mesh.vertex_count(), mesh.face_indices().zip(mesh.faces().iter().copied()));
+    let tails = mesh.faces().as_flattened();
+    let mut adjacent = Vec::with_capacity(3 * mesh.face_count());
     let mut is_open = vec![false; mesh.face_count()];
-    for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-        match edge {
-            [first, second] => {
-                adjacent.push((first.2, second.2, first.3 == second.3));
-                adjacent.push((second.2, first.2, first.3 == second.3));
+    for (_, edge) in sides.edges() {
+        match *edge {
+            [(_, h), (_, g)] => {
+                let disagree = tails[h.index()] == tails[g.index()];
+                adjacent.push((h.face().0, g.face().0, disagree));
+                adjacent.push((g.face().0, h.face().0, disagree));
             }
-            _ => edge.iter().for_each(|side| is_open[side.2 as usize] = true),
+            _ => edge.iter().for_each(|(_, h)| is_open[h.face().index()] = true),
         }
     }
     adjacent.sort_unstable();

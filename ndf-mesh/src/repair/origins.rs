@@ -51,6 +51,17 @@ impl Origins {
         Self { faces, begin, vertices, separated }
     }
 
+    /// A working mesh that is the original.
+    pub(super) fn same(mesh: &TriangleMesh) -> Self {
+        let vertices = mesh.vertex_count() as u32;
+        Self {
+            faces: mesh.face_indices().map(|face| (face, false)).collect(),
+            begin: (0..=vertices).collect(),
+            vertices: (0..vertices).map(Vertex).collect(),
+            separated: Vec::new(),
+        }
+    }
+
     /// The vertices of the working mesh that a vertex of the original has become; none if no face that was kept uses it.
     ///
     /// # Panics

@@ -17,7 +17,6 @@ pub use point_triangle::closest_point_on_triangle;
 pub use ray::RayHit;
 
 use pulp::Arch;
-use rayon::prelude::*;
 
 use crate::hierarchy::{Child, Hierarchy, MAX_LEVELS, WIDTH};
 use crate::{Face, TriangleMesh};
@@ -121,13 +120,12 @@ impl TriangleTree {
                 BoundingBox::EMPTY
             }
         };
-        let boxes: Vec<BoundingBox> = mesh.faces().par_iter().map(box_of).collect();
-        let hierarchy = Hierarchy::new(&boxes, LANES);
+        let hierarchy = Hierarchy::of(mesh.face_count(), |face| box_of(&mesh.faces()[face]), LANES);
         let bounds = hierarchy.bounds();
         let frame = Frame::around(&bounds);
         let mut tree = Self {
             nodes: Vec::with_capacity(hierarchy.nodes().len()),
-            packets: Vec::new(),
+            packets: Vec::with_capacity(hierarchy.leaf_count()),
             slots: vec![NO_SLOT; mesh.face_count()],
             frame,
             bounds,
