@@ -4,6 +4,9 @@
 //! characteristic, the components, the boundary loops and the orientation stay what they are. A collapse must
 //! not turn a face over nor make a needle. Boundaries are held by planes perpendicular to the faces along them.
 
+mod blocks;
+mod seams;
+
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -11,6 +14,7 @@ use ndf_core::{Cancelled, DVec3, Progress, Sparingly};
 use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{Face, Halfedge, ManifoldMesh};
 
+use self::seams::Seams;
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
 use crate::triangle_shape::{agree, cross, quality};
@@ -67,7 +71,8 @@ const REPORT: usize = 2048;
 /// Edges queued between two questions whether to stop.
 const ASKED: u32 = 4096;
 
-/// Decimates a mesh. Deterministic; O(n log n), on the calling thread.
+/// Decimates a mesh. Deterministic; O(n log n), on the calling thread. Meshes of a million faces and more are first decimated in
+/// [blocks] of some ten thousand, on all threads.
 ///
 /// The result has the topology of the input, and no face without area unless the input had it. If the input
 /// has no more faces than asked for it is returned as it is.
@@ -76,10 +81,22 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
         let births = mesh.face_indices().collect();
         return Decimated { mesh: mesh.clone(), births, reached: true, collapses: 0, largest_cost: 0.0 };
     }
-    let mut work = Decimation::new(mesh, options);
     // What is stopped has come as far as it has.
-    let _ = work.run(options.faces, progress);
-    work.decimated()
+    let Some(reduced) = blocks::reduced(mesh, options, progress) else {
+        let mut work = Decimation::new(mesh, options);
+        let _ = work.run(options.faces, progress);
+        return work.decimated();
+    };
+    let births = reduced.births;
+    let mut work = Decimation::around(&reduced.mesh, options, mesh.bounds().center());
+    drop(reduced.mesh);
+    (work.quadrics, work.areas) = (reduced.quadrics, reduced.areas);
+    (work.collapses, work.largest_cost) = (reduced.collapses, reduced.largest_cost);
+    work.gather_quadrics(false, true);
+    let _ = work.run(options.faces, &blocks::rest(progress));
+    let mut found = work.decimated();
+    found.births.iter_mut().for_each(|face| *face = births[face.index()]);
+    found
 }
 
 /// A collapse in the queue: bits of its cost (which order like the cost, as it is not negative), canonical
@@ -105,18 +122,26 @@ pub(crate) struct Decimation<'a> {
     refused: Vec<Halfedge>,
     collapses: usize,
     largest_cost: f64,
+    /// What must stay as it is for other blocks, if this is one.
+    seams: Option<Seams>,
 }
 
 impl<'a> Decimation<'a> {
     pub(crate) fn new(mesh: &ManifoldMesh, options: &'a DecimationOptions) -> Self {
-        let center = mesh.bounds().center();
+        let mut this = Self::around(mesh, options, mesh.bounds().center());
+        this.gather_quadrics(true, true);
+        this
+    }
+
+    /// A decimation that computes relative to `center`, of a mesh whose quadrics are still to be set.
+    fn around(mesh: &ManifoldMesh, options: &'a DecimationOptions, center: DVec3) -> Self {
         let mut work = EditableMesh::new(mesh);
         work.positions.iter_mut().for_each(|p| *p -= center);
         if let Some(angle) = options.crease_angle {
             work.mark_creases(angle);
         }
         let (halfedges, vertices) = (work.halfedge_count(), work.vertex_count());
-        let mut this = Self {
+        Self {
             options,
             mesh: work,
             center,
@@ -128,9 +153,8 @@ impl<'a> Decimation<'a> {
             refused: Vec::new(),
             collapses: 0,
             largest_cost: 0.0,
-        };
-        this.gather_quadrics();
-        this
+            seams: None,
+        }
     }
 
     /// Queues all edges.
@@ -146,19 +170,20 @@ impl<'a> Decimation<'a> {
         Ok(())
     }
 
-    fn gather_quadrics(&mut self) {
+    /// Adds the planes of the faces, and the walls along what holds them, to the quadrics.
+    fn gather_quadrics(&mut self, planes: bool, walls: bool) {
         for face in self.mesh.faces() {
             let corners = self.mesh.face_vertices(face);
             let positions = corners.map(|v| self.mesh.position(v));
             let cross = cross(positions);
             let (area, normal) = (0.5 * cross.length(), cross.normalize_or_zero());
             let quadric = Quadric::plane(positions[0], normal, area / 3.0);
-            for v in corners {
+            for v in corners.into_iter().filter(|_| planes) {
                 self.quadrics[v.index()] += quadric;
                 self.areas[v.index()] += area / 3.0;
             }
             let is_held = |h: &Halfedge| self.mesh.twin(*h).is_none() || self.mesh.is_crease(*h);
-            for h in face.halfedges().into_iter().filter(is_held) {
+            for h in face.halfedges().into_iter().filter(|h| walls && is_held(h)) {
                 let ends = [self.mesh.tail(h), self.mesh.tip(h)];
                 let [p, q] = ends.map(|v| self.mesh.position(v));
                 let wall = (q - p).cross(normal).normalize_or_zero();
@@ -228,7 +253,7 @@ impl<'a> Decimation<'a> {
     /// Decimates to so many faces, from where it is.
     pub(crate) fn run(&mut self, faces: usize, progress: &dyn Progress) -> Result<(), Cancelled> {
         progress.report("decimation", 0.0);
-        if self.collapses == 0 && self.queue.is_empty() {
+        if self.queue.is_empty() && self.refused.is_empty() {
             self.fill(progress)?;
         }
         let faces_before = self.mesh.face_count();
@@ -242,7 +267,7 @@ impl<'a> Decimation<'a> {
             if !current {
                 continue;
             }
-            if !self.mesh.is_collapsible(h) {
+            if !self.may_collapse(h) {
                 self.refused.push(h);
                 continue;
             }
@@ -283,13 +308,18 @@ impl<'a> Decimation<'a> {
         refused.dedup();
         for h in refused {
             let mut placements = self.placements_of(h).into_iter().flatten();
-            if self.mesh.is_collapsible(h) && placements.any(|x| self.is_sound(h, x)) {
+            if self.may_collapse(h) && placements.any(|x| self.is_sound(h, x)) {
                 self.enqueue(h);
             } else {
                 self.refused.push(h);
             }
         }
         !self.queue.is_empty()
+    }
+
+    /// Whether the topology, and that of what this is a block of, stays as it is when an edge is collapsed.
+    fn may_collapse(&self, h: Halfedge) -> bool {
+        self.mesh.is_collapsible(h) && self.seams.as_ref().is_none_or(|seams| seams.allow(&self.mesh, h))
     }
 
     /// Whether the faces around an edge, but for those that go, keep their side and shape when both its ends
@@ -321,6 +351,9 @@ impl<'a> Decimation<'a> {
             for gone in side.face().halfedges() {
                 self.states[gone.index()] += 1;
             }
+        }
+        if let Some(seams) = &mut self.seams {
+            seams.merge(a, b);
         }
         self.mesh.collapse(h, placement);
         self.collapses += 1;
