@@ -1,5 +1,6 @@
 //! Surfaces of every representation, behind [`ndf_core::Surface`]: one module each.
 
+mod crossings;
 pub mod level_set;
 pub mod levels;
 pub mod mesh_surface;

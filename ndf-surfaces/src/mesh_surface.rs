@@ -4,6 +4,7 @@ use ndf_core::{Answer, BoundingBox, DVec3, Foot, Hint, ImplicitField, Inside, Mi
 use ndf_mesh::{ClosestPoint, Face, TriangleMesh, TriangleTree};
 
 use crate::WindingNumber;
+use crate::crossings::winding_of_closed;
 use crate::pseudonormals::Pseudonormals;
 use crate::sheets::{OFFSET, inner_walls};
 
@@ -17,7 +18,7 @@ use crate::sheets::{OFFSET, inner_walls};
 ///
 /// **The field** is the distance, negative where the [winding number](WindingNumber) exceeds ½: that is right
 /// also where the mesh has holes, doubled faces or pieces that intersect, where the sign of a pseudonormal is
-/// not. Sheets that are shut in by the others bound nothing and do not count. Only a mesh with an inside has one: at least half of a sample of its faces must part inside from
+/// not. Of a closed mesh it is told by the faces that a ray crosses. Sheets that are shut in by the others bound nothing and do not count. Only a mesh with an inside has one: at least half of a sample of its faces must part inside from
 /// outside, what is inside of others aside. A flat sheet is a surface without a field.
 ///
 /// A closed mesh whose volume is negative is taken to be inside out and turned.
@@ -25,7 +26,8 @@ use crate::sheets::{OFFSET, inner_walls};
 pub struct MeshSurface {
     tree: TriangleTree,
     normals: Pseudonormals,
-    winding: WindingNumber,
+    /// Of a closed mesh none: what rays cross tells the same.
+    winding: Option<WindingNumber>,
     parting_share: f64,
     has_inside: bool,
     guide_reach: f64,
@@ -79,9 +81,10 @@ impl MeshSurface {
             let bounding = bounding.map(|(face, _)| *face).collect();
             let bounding = TriangleMesh::new(mesh.positions().to_vec(), bounding)
                 .expect("leaving out faces leaves indices in range");
-            WindingNumber::new(&bounding)
+            Some(WindingNumber::new(&bounding))
         } else {
-            WindingNumber::new(mesh)
+            let is_whole = normals.is_closed() && mesh.positions().iter().all(|p| p.is_finite());
+            (!is_whole).then(|| WindingNumber::new(mesh))
         };
         let area = mesh.area();
         let mut surface =
@@ -118,15 +121,23 @@ impl MeshSurface {
             match self.sides(closest.point, self.normals.of_face(closest.at.face)) {
                 [true, true] => -distance.max(self.tolerance()),
                 [false, false] => distance.max(self.tolerance()),
-                _ if self.winding.at(p) > HALF => -distance,
+                _ if self.is_inside(p) => -distance,
                 _ => distance,
             }
-        } else if self.winding.at(p) > HALF {
+        } else if self.is_inside(p) {
             -distance
         } else {
             distance
         };
         Some((signed, closest))
+    }
+
+    /// Whether the winding number around a point exceeds ½.
+    fn is_inside(&self, p: DVec3) -> bool {
+        match &self.winding {
+            Some(winding) => winding.at(p) > HALF,
+            None => winding_of_closed(&self.tree, &self.normals, p) > 0,
+        }
     }
 
     /// How far from a face its sides are asked for.
@@ -136,7 +147,7 @@ impl MeshSurface {
 
     /// Whether it is inside behind and before a point of a face with this normal.
     fn sides(&self, point: DVec3, normal: DVec3) -> [bool; 2] {
-        [-1.0, 1.0].map(|side| self.winding.at(point + side * self.offset() * normal) > HALF)
+        [-1.0, 1.0].map(|side| self.is_inside(point + side * self.offset() * normal))
     }
 
     /// Asks some faces, evenly picked, whether they have the inside behind and the outside before them.

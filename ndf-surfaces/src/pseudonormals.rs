@@ -7,7 +7,7 @@
 
 use ndf_core::DVec3;
 use ndf_mesh::repair;
-use ndf_mesh::{Face, FacePoint, Halfedge, TriangleMesh};
+use ndf_mesh::{Face, FacePoint, Halfedge, Sides, TriangleMesh};
 
 /// Barycentric coordinates up to this count as 0, so that rounding does not choose between an edge and the
 /// faces beside it.
@@ -17,24 +17,29 @@ const ON_EDGE: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct Pseudonormals {
     faces: Vec<DVec3>,
-    /// Vertices of every face, those at equal positions being one.
-    corners: Vec<[u32; 3]>,
+    /// The mesh, vertices at equal positions being one.
+    welded: TriangleMesh,
     vertices: Vec<DVec3>,
     /// Of every face, the edges from corner 0 to 1, 1 to 2, and 2 to 0.
     sides: Vec<[u32; 3]>,
-    edges: Vec<DVec3>,
+    /// The two faces of every edge, by which its normal is found when asked for; or else [`OTHER`] and the place of its normal.
+    edges: Vec<[u32; 2]>,
+    /// Normals of the edges that do not have two faces.
+    others: Vec<DVec3>,
     closed: bool,
 }
 
+/// In place of a face of an edge that does not have two.
+const OTHER: u32 = u32::MAX;
+
 impl Pseudonormals {
-    /// Of a mesh with any connectivity; vertices at the same position count as one. O(n log n).
+    /// Of a mesh with any connectivity; vertices at the same position count as one. O(n log degree).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let faces: Vec<DVec3> = mesh.face_indices().map(|f| mesh.face_normal(f)).collect();
         // A face with a corner that is not finite, or without area, contributes nothing.
-        let faces: Vec<DVec3> =
-            faces.into_iter().map(|n| if n.is_finite() { n } else { DVec3::ZERO }).collect();
+        let normal = |f| Some(mesh.face_normal(f)).filter(|n| n.is_finite()).unwrap_or(DVec3::ZERO);
+        let faces: Vec<DVec3> = mesh.face_indices().map(normal).collect();
         let welded = repair::welded(mesh, 0.0);
-        let corners = welded.faces().to_vec();
+        let corners = welded.faces();
         let mut vertices = vec![DVec3::ZERO; welded.vertex_count()];
         for (f, corners) in corners.iter().enumerate() {
             for k in 0..3 {
@@ -45,33 +50,38 @@ impl Pseudonormals {
                 }
             }
         }
-        // Half-edges sorted by edge.
-        let mut halfedges: Vec<([u32; 2], Halfedge)> = corners
-            .iter()
-            .zip(mesh.face_indices())
-            .flat_map(|(c, f)| f.halfedges().map(|h| ([c[h.corner()], c[h.next().corner()]], h)))
-            .map(|([a, b], halfedge)| ([a.min(b), a.max(b)], halfedge))
-            .collect();
-        halfedges.sort_unstable();
+        let by_edge = Sides::of(welded.vertex_count(), mesh.face_indices().zip(corners.iter().copied()));
         let mut sides = vec![[0; 3]; corners.len()];
-        let mut edges = Vec::new();
+        let (mut edges, mut others) = (Vec::with_capacity(3 * corners.len() / 2), Vec::new());
         let mut closed = !corners.is_empty();
-        for edge in halfedges.chunk_by(|a, b| a.0 == b.0) {
-            let mut sum = DVec3::ZERO;
+        for (a, edge) in by_edge.edges() {
             let mut balance = 0;
-            for &([a, b], halfedge) in edge {
+            for &(b, halfedge) in edge {
                 let (f, k) = (halfedge.face().index(), halfedge.corner());
-                sum += faces[f];
                 sides[f][k] = edges.len() as u32;
                 if a != b {
                     balance += if corners[f][k] == a { 1 } else { -1 };
                 }
             }
             closed &= balance == 0;
-            edges.push(sum.normalize_or_zero());
+            let face = |side: &(u32, Halfedge)| side.1.face();
+            edges.push(match edge {
+                [one, other] => [face(one).0, face(other).0],
+                _ => {
+                    others.push(mean(edge.iter().map(|side| faces[face(side).index()])));
+                    [OTHER, others.len() as u32 - 1]
+                }
+            });
         }
-        let vertices = vertices.into_iter().map(DVec3::normalize_or_zero).collect();
-        Self { faces, corners, vertices, sides, edges, closed }
+        vertices.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+        Self { faces, welded, vertices, sides, edges, others, closed }
+    }
+
+    fn of_edge(&self, edge: u32) -> DVec3 {
+        match self.edges[edge as usize] {
+            [OTHER, place] => self.others[place as usize],
+            pair => mean(pair.into_iter().map(|f| self.faces[f as usize])),
+        }
     }
 
     /// Whether every edge is run through as often in one direction as in the other, so that the mesh separates
@@ -109,17 +119,24 @@ impl Pseudonormals {
     /// If the face does not exist.
     pub fn at(&self, point: &FacePoint) -> DVec3 {
         let f = point.face.index();
+        let corner = |k: usize| self.vertices[self.welded.faces()[f][k] as usize];
+        let side = |k: usize| self.of_edge(self.sides[f][k]);
         let normal = match point.barycentric.map(|b| b > ON_EDGE) {
-            [true, false, false] => self.vertices[self.corners[f][0] as usize],
-            [false, true, false] => self.vertices[self.corners[f][1] as usize],
-            [false, false, true] => self.vertices[self.corners[f][2] as usize],
-            [true, true, false] => self.edges[self.sides[f][0] as usize],
-            [false, true, true] => self.edges[self.sides[f][1] as usize],
-            [true, false, true] => self.edges[self.sides[f][2] as usize],
+            [true, false, false] => corner(0),
+            [false, true, false] => corner(1),
+            [false, false, true] => corner(2),
+            [true, true, false] => side(0),
+            [false, true, true] => side(1),
+            [true, false, true] => side(2),
             _ => self.faces[f],
         };
         if normal == DVec3::ZERO { self.faces[f] } else { normal }
     }
+}
+
+/// The direction of the sum of some normals; zero where they cancel.
+fn mean(normals: impl Iterator<Item = DVec3>) -> DVec3 {
+    normals.fold(DVec3::ZERO, |sum, n| sum + n).normalize_or_zero()
 }
 
 #[cfg(test)]
