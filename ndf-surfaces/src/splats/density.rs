@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 use ndf_formats::splats::Splat;
 
+use super::merging::merged;
+
 /// How splats become a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensityOptions {
@@ -43,6 +45,8 @@ const RADIUS: f64 = 4.0;
 const LEAF: usize = 4;
 /// Splats at whose centres the typical density is looked at, at most.
 const LOOKS: usize = 20_000;
+/// Splats from which small ones are merged.
+const LARGE: usize = 1 << 17;
 /// Opacity from which a splat is taken for a piece of surface.
 const OPAQUE: f32 = 0.5;
 
@@ -102,7 +106,8 @@ pub struct SplatDensity {
 pub struct NoSplats;
 
 impl SplatDensity {
-    /// The density of splats. O(n log n).
+    /// The density of splats. O(n log n). Of more than a hundred thousand, those no larger than the least scale are merged where they
+    /// are closer together than that.
     ///
     /// # Errors
     /// If no splat is left.
@@ -128,8 +133,12 @@ impl SplatDensity {
             return Err(NoSplats);
         }
         let least = options.least_scale * diagonal;
-        let (gaussians, boxes): (Vec<Gaussian>, Vec<BoundingBox>) =
-            kept.par_iter().map(|splat| gaussian(splat, least)).unzip();
+        let gaussians = |splats: Vec<&Splat>| splats.par_iter().map(|splat| gaussian(splat, least)).unzip();
+        let (gaussians, boxes): (Vec<Gaussian>, Vec<BoundingBox>) = if kept.len() > LARGE && least > 0.0 {
+            gaussians(merged(&kept, least).iter().collect())
+        } else {
+            gaussians(kept.clone())
+        };
         let tree = Hierarchy::new(&boxes, LEAF);
         let bounds =
             BoundingBox { min: bounds.min.max(tree.bounds().min), max: bounds.max.min(tree.bounds().max) };
@@ -140,7 +149,7 @@ impl SplatDensity {
         let least = least.max(1e-3 * diagonal);
         let (level, typical, rule) = (0.0, 0.0, None);
         let density = Self { gaussians, tree, centers, least, bounds, level, rule, typical, report };
-        let [thin, typical] = density.densities_at_centers();
+        let [thin, typical] = density.densities_at_centers(&kept);
         let (half, even) = (0.5 * typical, thin - 0.5 * typical);
         let (level, rule) =
             if half < MESH_LEVEL { (half, SplatRule::HalfTypical) } else { (MESH_LEVEL, SplatRule::Sugar) };
@@ -172,10 +181,10 @@ impl SplatDensity {
 
     /// The density at the centres of opaque splats, or of all if none is opaque: what all but a hundredth exceed, and
     /// the median.
-    fn densities_at_centers(&self) -> [f64; 2] {
-        let opaque: Vec<DVec3> =
-            self.gaussians.iter().filter(|g| g.opacity >= OPAQUE).map(|g| g.center).collect();
-        let all = || self.gaussians.iter().map(|g| g.center).collect();
+    fn densities_at_centers(&self, splats: &[&Splat]) -> [f64; 2] {
+        let center = |splat: &&Splat| DVec3::from_array(splat.center);
+        let opaque: Vec<DVec3> = splats.iter().filter(|splat| splat.opacity >= OPAQUE).map(center).collect();
+        let all = || splats.iter().map(center).collect();
         let centers = if opaque.is_empty() { all() } else { opaque };
         let looked_at: Vec<DVec3> = centers.iter().step_by(centers.len().div_ceil(LOOKS)).copied().collect();
         let mut values: Vec<f64> = looked_at.par_iter().map(|&p| self.at(p)).collect();
