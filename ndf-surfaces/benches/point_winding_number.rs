@@ -19,7 +19,7 @@ use ndf_mesh::io::read_mesh;
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::shapes;
 use ndf_surfaces::PointWindingNumber;
-use ndf_surfaces::point_cloud::areas;
+use ndf_surfaces::point_cloud::{Neighbours, areas};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -67,7 +67,7 @@ fn bench(name: &str, mesh: &TriangleMesh, python: Option<&Path>) {
     let samples = sampler.sample(POINTS, 5, 0);
     let positions: Vec<DVec3> = samples.iter().map(|s| s.position(mesh)).collect();
     let normals: Vec<DVec3> = samples.iter().map(|s| mesh.face_normal(s.face)).collect();
-    let areas = areas(&positions, &normals);
+    let areas = areas(&positions, &normals, &Neighbours::new(&positions));
     let cloud = Cloud { positions, normals, areas };
     let queries: Vec<DVec3> =
         sampler.sample(QUERIES, 7, 0).iter().map(|s| s.position(mesh) + normal(&mut rng) * noise).collect();

@@ -64,6 +64,13 @@ pub enum Note {
     },
     /// The normals point inward; they were turned.
     NormalsTurned,
+    /// There are more points than surfaces are made of; some of them, evenly picked, are used.
+    PointsThinned {
+        /// How many there are.
+        points: usize,
+        /// How many are used.
+        used: usize,
+    },
     /// Points far from all others were left out.
     Outliers {
         /// How many.
@@ -267,6 +274,9 @@ impl fmt::Display for Note {
                 100.0 * agreement
             ),
             Self::NormalsTurned => f.write_str("the normals point inward; they are turned"),
+            Self::PointsThinned { points, used } => {
+                write!(f, "of {} points {} are used, evenly picked", grouped(*points), grouped(*used))
+            }
             Self::Outliers { points } => {
                 let what = if *points == 1 { "point is" } else { "points are" };
                 write!(f, "{} {what} far from all others, and left out", grouped(*points))

@@ -18,6 +18,9 @@ pub const CONSISTENT: f64 = 0.8;
 /// The same, below which normals that were found are doubted.
 pub const DOUBTFUL: f64 = 0.9;
 
+/// Points from which a cloud is thinned: more tell nothing that a model would keep, and take memory and time.
+pub const MAX_POINTS: usize = 1 << 21;
+
 /// The share of the area of a mesh below which a component of it is left out. That of an isosurface is
 /// [`ndf_meshing::base_mesh::MIN_PART`].
 pub const MIN_PART: f64 = 0.001;

@@ -1,6 +1,7 @@
 //! From what a file holds to points that can be computed with.
 
 use ndf_core::{BoundingBox, DVec3};
+use ndf_mesh::first_in_place;
 
 /// Fewest points that mean a surface.
 const FEWEST: usize = 4;
@@ -86,7 +87,7 @@ impl TooFewPoints {
 
 impl PointCloud {
     /// Leaves out what cannot be used: points that are not finite, have no normal where most have one, or lie in the
-    /// very place of another. The others keep their order. O(n log n).
+    /// very place of another. The others keep their order. O(n).
     ///
     /// # Errors
     /// If fewer than 4 points are left.
@@ -96,14 +97,13 @@ impl PointCloud {
         let mut report =
             CleaningReport { read, flagged, unclear_columns, numbered, ..CleaningReport::default() };
         let usable = |n: &DVec3| n.is_finite() && n.length() > 0.0;
-        let finite: Vec<usize> = (0..positions.len()).filter(|&i| positions[i].is_finite()).collect();
-        report.not_finite = positions.len() - finite.len();
+        let mut kept: Vec<usize> = (0..positions.len()).filter(|&i| positions[i].is_finite()).collect();
+        report.not_finite = positions.len() - kept.len();
         let normals = normals.filter(|normals| {
-            let lacking = finite.iter().filter(|&&i| !usable(&normals[i])).count();
-            report.normals_given_up = lacking as f64 > HOPELESS * finite.len() as f64;
+            let lacking = kept.iter().filter(|&&i| !usable(&normals[i])).count();
+            report.normals_given_up = lacking as f64 > HOPELESS * kept.len() as f64;
             !report.normals_given_up
         });
-        let mut kept = finite;
         if let Some(normals) = &normals {
             let before = kept.len();
             kept.retain(|&i| usable(&normals[i]));
@@ -111,13 +111,27 @@ impl PointCloud {
             report.normals_scaled =
                 kept.iter().filter(|&&i| (normals[i].length() - 1.0).abs() > UNIT).count();
         }
-        let groups = coinciding(&positions, kept);
-        report.duplicates = groups.iter().map(|group| group.len() - 1).sum();
-        if groups.len() < FEWEST {
-            return Err(TooFewPoints { flagged, read, kept: groups.len() });
+        let finite: Vec<DVec3> = kept.iter().map(|&i| positions[i]).collect();
+        drop(positions);
+        let first = first_in_place(&finite);
+        let is_first: Vec<bool> = (0..).zip(&first).map(|(i, &first)| i == first).collect();
+        report.duplicates = is_first.iter().filter(|is_first| !**is_first).count();
+        let distinct = finite.len() - report.duplicates;
+        if distinct < FEWEST {
+            return Err(TooFewPoints { flagged, read, kept: distinct });
         }
-        let normals = normals.map(|normals| groups.iter().map(|group| mean(&normals, group)).collect());
-        let positions = groups.iter().map(|group| positions[group[0]]).collect();
+        let normals = normals.map(|normals| {
+            let normals: Vec<DVec3> = kept.iter().map(|&i| normals[i]).collect();
+            // The points of the same place, together; in the order of their first points.
+            let mut order: Vec<usize> = (0..normals.len()).collect();
+            if report.duplicates > 0 {
+                order.sort_by_key(|&i| first[i]);
+            }
+            order.chunk_by(|&i, &j| first[i] == first[j]).map(|group| mean(&normals, group)).collect()
+        });
+        let mut is_first = is_first.into_iter();
+        let mut positions = finite;
+        positions.retain(|_| is_first.next() == Some(true));
         Ok((Self { positions, normals }, report))
     }
 
@@ -159,21 +173,6 @@ impl PointCloud {
     pub fn bounds(&self) -> BoundingBox {
         BoundingBox::of_points(&self.positions)
     }
-}
-
-/// The points of the same place, together; groups in the order of their first points.
-fn coinciding(positions: &[DVec3], mut indices: Vec<usize>) -> Vec<Vec<usize>> {
-    // 0 and −0 are the same place.
-    let key = |i: usize| positions[i].to_array().map(|x| x + 0.0);
-    let by_place = |a: usize, b: usize| {
-        let (a, b) = (key(a), key(b));
-        a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
-    };
-    indices.sort_by(|&a, &b| by_place(a, b).then(a.cmp(&b)));
-    let mut groups: Vec<Vec<usize>> =
-        indices.chunk_by(|&a, &b| by_place(a, b).is_eq()).map(<[usize]>::to_vec).collect();
-    groups.sort_by_key(|group| group[0]);
-    groups
 }
 
 /// The direction of the mean normal of points in the same place; that of the first where they cancel.

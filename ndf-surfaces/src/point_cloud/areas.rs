@@ -14,14 +14,13 @@ const OUTERMOST: usize = 8;
 
 /// Areas of all points: those of their cells in the Voronoi diagram of their neighbours, in the plane at right angles
 /// to their normal (Barill et al. 2018). Neighbours with opposing normals are on another sheet and do not count.
-/// O(n log n) on all threads.
+/// `neighbours` are those of the points. O(n log n) on all threads.
 ///
 /// # Panics
 /// If there is not one normal for each point.
-pub fn areas(positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+pub fn areas(positions: &[DVec3], normals: &[DVec3], neighbours: &Neighbours) -> Vec<f64> {
     assert_eq!(positions.len(), normals.len());
-    let neighbours = Neighbours::new(positions);
-    (0..positions.len()).into_par_iter().map(|i| area(i, positions, normals, &neighbours)).collect()
+    (0..positions.len()).into_par_iter().map(|i| area(i, positions, normals, neighbours)).collect()
 }
 
 fn area(i: usize, positions: &[DVec3], normals: &[DVec3], neighbours: &Neighbours) -> f64 {
@@ -72,7 +71,7 @@ mod tests {
         let samples = AreaSampler::new(&mesh).unwrap().sample(20_000, 5, 0);
         let positions: Vec<DVec3> = samples.iter().map(|s| s.position(&mesh)).collect();
         let normals: Vec<DVec3> = samples.iter().map(|s| mesh.face_normal(s.face)).collect();
-        let all = areas(&positions, &normals);
+        let all = areas(&positions, &normals, &Neighbours::new(&positions));
         let total: f64 = all.iter().sum();
         assert!((total / mesh.area() - 1.0).abs() < 0.02, "{total} of {}", mesh.area());
         assert!(all.iter().all(|&a| a > 0.0));
@@ -82,7 +81,7 @@ mod tests {
     fn cells_of_a_grid_are_squares_that_end_at_its_rim() {
         let positions: Vec<DVec3> =
             (0..900).map(|i| DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0)).collect();
-        let all = areas(&positions, &[DVec3::Z; 900]);
+        let all = areas(&positions, &[DVec3::Z; 900], &Neighbours::new(&positions));
         assert!((all[15 * 30 + 15] - 1.0).abs() < 1e-12);
         assert!(all[0] > 1.0 && all[0] < 12.0 && all[15] < 3.0);
     }
@@ -92,7 +91,7 @@ mod tests {
         let side = |z: f64| (0..400).map(move |i| DVec3::new(f64::from(i % 20), f64::from(i / 20) + z, z));
         let positions: Vec<DVec3> = side(0.0).chain(side(0.1)).collect();
         let normals: Vec<DVec3> = (0..800).map(|i| if i < 400 { -DVec3::Z } else { DVec3::Z }).collect();
-        let all = areas(&positions, &normals);
+        let all = areas(&positions, &normals, &Neighbours::new(&positions));
         assert!((all[10 * 20 + 10] - 1.0).abs() < 1e-12);
     }
 }

@@ -52,17 +52,17 @@ impl LocalPlanes {
 }
 
 /// The point itself and its nearest neighbours, for every point.
-pub(super) fn nearest(positions: &[DVec3], neighbours: &Neighbours, count: usize) -> Vec<Vec<u32>> {
+fn nearest(positions: &[DVec3], neighbours: &Neighbours, count: usize) -> Vec<Vec<u32>> {
     let near = |&p: &DVec3| neighbours.nearest(p, count + 1).iter().map(|n| n.index).collect();
     positions.par_iter().map(near).collect()
 }
 
-/// The square root of the area that each point takes, by the neighbours of each.
-pub(super) fn spacings(positions: &[DVec3], near: &[Vec<u32>]) -> Vec<f64> {
+fn spacings(positions: &[DVec3], near: &[Vec<u32>]) -> Vec<f64> {
     (positions, near).into_par_iter().map(|(&p, near)| spacing(p, positions, near)).collect()
 }
 
-fn spacing(p: DVec3, positions: &[DVec3], near: &[u32]) -> f64 {
+/// The square root of the area that a point takes, by its neighbours.
+pub(super) fn spacing(p: DVec3, positions: &[DVec3], near: &[u32]) -> f64 {
     let radius = near.iter().map(|&j| positions[j as usize].distance(p)).fold(0.0, f64::max);
     radius * (std::f64::consts::PI / near.len().max(1) as f64).sqrt()
 }

@@ -12,6 +12,7 @@ mod neighbours;
 mod orientation;
 mod oriented_cloud;
 mod outliers;
+mod thinning;
 mod unoriented;
 mod winding_field;
 
@@ -22,5 +23,6 @@ pub use neighbours::{Neighbour, Neighbours};
 pub use orientation::{Orientation, orient};
 pub use oriented_cloud::OrientedCloud;
 pub use outliers::without_outliers;
+pub use thinning::evenly_picked;
 pub use unoriented::{UnorientedCloud, unoriented_cloud};
 pub use winding_field::{WindingField, WindingFieldOptions};

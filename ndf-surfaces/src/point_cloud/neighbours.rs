@@ -1,6 +1,7 @@
 //! Nearest neighbours, by the k-d tree of the crate `kiddo`.
 
 use std::num::NonZero;
+use std::sync::Arc;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use ndf_core::DVec3;
@@ -15,9 +16,10 @@ pub struct Neighbour {
 }
 
 /// An index of points. The immutable tree of `kiddo` splits by count, so that any number of points may share a
-/// coordinate; its mutable tree cannot split buckets of those.
+/// coordinate; its mutable tree cannot split buckets of those. Clones share it.
+#[derive(Clone)]
 pub struct Neighbours {
-    tree: ImmutableKdTree<f64, 3>,
+    tree: Arc<ImmutableKdTree<f64, 3>>,
     count: usize,
 }
 
@@ -29,7 +31,7 @@ impl Neighbours {
     pub fn new(points: &[DVec3]) -> Self {
         let coordinates: Vec<[f64; 3]> = points.iter().map(DVec3::to_array).collect();
         let tree = ImmutableKdTree::new_from_slice(&coordinates).expect("indices fit in 32 bits");
-        Self { tree, count: points.len() }
+        Self { tree: Arc::new(tree), count: points.len() }
     }
 
     /// The `k` points nearest to `p` (all, if there are fewer), nearest first.

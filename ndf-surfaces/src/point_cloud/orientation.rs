@@ -7,9 +7,11 @@
 //! over the cloud, all of them hierarchical: the winding number, its transpose, its gradient.
 
 use ndf_core::{Cancelled, DVec3, Progress};
+use rayon::prelude::*;
 
 use super::local_planes::{LocalPlanes, agreement_of_normals};
 use super::neighbours::Neighbours;
+use super::thinning::evenly_picked;
 use crate::winding_number::PointWindingNumber;
 
 /// Steps; those of the paper.
@@ -26,6 +28,10 @@ const FIRST: f64 = 4.0;
 /// Cosine of the angle up to which the normal of a local plane is better than that of the winding number.
 const TRUSTED: f64 = 0.7;
 
+/// Points from which only some are solved for, and how many these are.
+const LARGE: usize = 1 << 18;
+const SOME: usize = 1 << 17;
+
 /// Oriented normals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orientation {
@@ -36,7 +42,8 @@ pub struct Orientation {
 }
 
 /// Orients a cloud. The signs are those of the winding number, the directions those of local planes where the two agree
-/// to within 45°. O(n log n) on all threads, about 160 sums over the cloud for each point.
+/// to within 45°. O(n log n) on all threads, about 160 sums over the cloud for each point. Of more than a quarter of a million points
+/// some, [evenly picked](evenly_picked), are solved for, and the others see the gradient of their winding number.
 ///
 /// # Errors
 /// If the observer asks to stop.
@@ -46,16 +53,12 @@ pub fn orient(
     neighbours: &Neighbours,
     progress: &dyn Progress,
 ) -> Result<Orientation, Cancelled> {
-    let last = (LAST_BY_SPACING * planes.spacing()).max(LAST_BY_NOISE * planes.noise);
-    let last = if last > 0.0 { last } else { f64::MIN_POSITIVE.sqrt() };
-    let mut moments = vec![DVec3::ZERO; positions.len()];
-    for step in 0..STEPS {
-        progress.check()?;
-        let left = (STEPS - 1 - step) as f64 / (STEPS - 1) as f64;
-        moments = stepped(positions, moments, last * (1.0 + left * (FIRST - 1.0)));
-        progress.report("orienting", (step + 1) as f64 / STEPS as f64);
-    }
-    let normals: Vec<DVec3> = moments
+    let directions = if positions.len() > LARGE {
+        directions_by_some(positions, SOME, progress)?
+    } else {
+        solved(positions, planes, progress)?.0
+    };
+    let normals: Vec<DVec3> = directions
         .iter()
         .zip(&planes.normals)
         .map(|(m, &plane)| {
@@ -66,6 +69,38 @@ pub fn orient(
         .collect();
     let agreement = agreement_of_normals(positions, &normals, neighbours);
     Ok(Orientation { normals, agreement })
+}
+
+/// Outward vectors at the points, and the last radius of the regularisation.
+fn solved(
+    positions: &[DVec3],
+    planes: &LocalPlanes,
+    progress: &dyn Progress,
+) -> Result<(Vec<DVec3>, f64), Cancelled> {
+    let last = (LAST_BY_SPACING * planes.spacing()).max(LAST_BY_NOISE * planes.noise);
+    let last = if last > 0.0 { last } else { f64::MIN_POSITIVE.sqrt() };
+    let mut moments = vec![DVec3::ZERO; positions.len()];
+    for step in 0..STEPS {
+        progress.check()?;
+        let left = (STEPS - 1 - step) as f64 / (STEPS - 1) as f64;
+        moments = stepped(positions, moments, last * (1.0 + left * (FIRST - 1.0)));
+        progress.report("orienting", (step + 1) as f64 / STEPS as f64);
+    }
+    Ok((moments, last))
+}
+
+/// Outward vectors at all points, by so many of them.
+fn directions_by_some(
+    positions: &[DVec3],
+    some: usize,
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, Cancelled> {
+    let picked = evenly_picked(positions, some);
+    let some: Vec<DVec3> = picked.into_iter().map(|i| positions[i as usize]).collect();
+    let planes = LocalPlanes::new(&some, &Neighbours::new(&some));
+    let (moments, radius) = solved(&some, &planes, progress)?;
+    let sums = PointWindingNumber::new(&some, &moments, &vec![radius; some.len()]);
+    Ok(positions.par_iter().map(|&p| -sums.with_gradient(p).1).collect())
 }
 
 /// One step of descent and one of consistency, with a regularisation of this radius.
@@ -113,6 +148,17 @@ mod tests {
     fn normals_of_a_knot_point_outward() {
         let share = right_share(&shapes::trefoil_knot(300, 30, 0.24), 4000, 0.0);
         assert!(share > 0.995, "{share}");
+    }
+
+    #[test]
+    fn some_points_tell_the_others_where_outside_is() {
+        let mesh = shapes::trefoil_knot(300, 30, 0.24);
+        let samples = AreaSampler::new(&mesh).unwrap().sample(16_000, 11, 0);
+        let positions: Vec<DVec3> = samples.iter().map(|s| s.position(&mesh)).collect();
+        let found = directions_by_some(&positions, 4000, &NoProgress).unwrap();
+        let is_outward = |(s, d): (&ndf_mesh::FacePoint, &DVec3)| mesh.face_normal(s.face).dot(*d) > 0.0;
+        let right = samples.iter().zip(&found).filter(|&pair| is_outward(pair)).count();
+        assert!(right > 15_900, "{right}");
     }
 
     #[test]

@@ -28,7 +28,19 @@ impl OrientedCloud {
     /// # Panics
     /// If the cloud has no normals.
     pub fn new(cloud: &PointCloud, options: &WindingFieldOptions) -> Self {
-        let field = WindingField::new(cloud, options);
+        Self::with_neighbours(cloud, Neighbours::new(cloud.positions()), options)
+    }
+
+    /// As [`new`](Self::new), where the points are indexed already.
+    ///
+    /// # Panics
+    /// If the cloud has no normals.
+    pub fn with_neighbours(
+        cloud: &PointCloud,
+        neighbours: Neighbours,
+        options: &WindingFieldOptions,
+    ) -> Self {
+        let field = WindingField::new(cloud, &neighbours, options);
         let sign = if field.is_turned() { -1.0 } else { 1.0 };
         let normals = cloud.normals().expect("the field has seen the normals");
         let normals = normals.iter().map(|&n| sign * n).collect();
@@ -41,7 +53,7 @@ impl OrientedCloud {
             ..usual
         };
         let level_set = LevelSetSurface::new(field).with_search(search);
-        Self { level_set, neighbours: Neighbours::new(cloud.positions()), normals }
+        Self { level_set, neighbours, normals }
     }
 
     /// The winding number.

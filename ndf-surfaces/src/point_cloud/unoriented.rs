@@ -35,19 +35,23 @@ pub struct UnorientedCloud {
 }
 
 /// Makes a surface of points: outliers are left out, normals found and oriented by [`orient`], then spheres fitted.
-/// Normals the cloud may have are not used. O(n log n) on all threads.
+/// Normals the cloud may have are not used; `neighbours` has its points. O(n log n) on all threads.
 ///
 /// # Errors
 /// If the observer asks to stop.
-pub fn unoriented_cloud(cloud: &PointCloud, progress: &dyn Progress) -> Result<UnorientedCloud, Cancelled> {
-    let (cloud, outliers) = without_outliers(cloud.clone().without_normals());
-    let neighbours = Neighbours::new(cloud.positions());
+pub fn unoriented_cloud(
+    cloud: PointCloud,
+    neighbours: Neighbours,
+    progress: &dyn Progress,
+) -> Result<UnorientedCloud, Cancelled> {
+    let (cloud, neighbours, outliers) = without_outliers(cloud.without_normals(), neighbours);
     let planes = LocalPlanes::new(cloud.positions(), &neighbours);
     let found = orient(cloud.positions(), &planes, &neighbours, progress)?;
     let cloud = cloud.with_normals(found.normals);
     let (spacing, noise) = (planes.spacing(), planes.noise);
     let smoothing = SMOOTHING[0] + SMOOTHING[1] * noise / spacing.max(f64::MIN_POSITIVE);
-    let scaffold = OrientedCloud::new(&cloud, &WindingFieldOptions { smoothing });
+    let scaffold =
+        OrientedCloud::with_neighbours(&cloud, neighbours.clone(), &WindingFieldOptions { smoothing });
     let surface = MovingSpheres::new(&cloud, &planes, neighbours);
     Ok(UnorientedCloud { surface, scaffold, cloud, outliers, noise, spacing, agreement: found.agreement })
 }
@@ -68,7 +72,8 @@ mod tests {
         positions.extend([DVec3::splat(2.0), DVec3::new(0.0, 0.0, -2.0)]);
         let (cloud, _) =
             PointCloud::cleaned(RawCloud { positions, normals: None, ..RawCloud::default() }).unwrap();
-        unoriented_cloud(&cloud, &NoProgress).unwrap()
+        let neighbours = Neighbours::new(cloud.positions());
+        unoriented_cloud(cloud, neighbours, &NoProgress).unwrap()
     });
 
     ndf_core::surface_conformance!(unoriented_knot, KNOT.surface);

@@ -4,6 +4,7 @@ use ndf_core::{BoundingBox, DVec3, ImplicitField, Inside};
 
 use super::areas::areas;
 use super::local_planes::median;
+use super::neighbours::Neighbours;
 use crate::winding_number::PointWindingNumber;
 use ndf_formats::point_cloud::PointCloud;
 
@@ -38,15 +39,15 @@ pub struct WindingField {
 }
 
 impl WindingField {
-    /// Prepares a cloud: [areas], then the hierarchy. Where the volume that points and normals enclose is negative, the
+    /// Prepares a cloud, of which `neighbours` has the points: [areas], then the hierarchy. Where the volume that points and normals enclose is negative, the
     /// normals are taken to point inward and are turned. O(n log n) on all threads.
     ///
     /// # Panics
     /// If the cloud has no normals.
-    pub fn new(cloud: &PointCloud, options: &WindingFieldOptions) -> Self {
+    pub fn new(cloud: &PointCloud, neighbours: &Neighbours, options: &WindingFieldOptions) -> Self {
         let positions = cloud.positions();
         let normals = cloud.normals().expect("a winding number needs normals");
-        let areas = areas(positions, normals);
+        let areas = areas(positions, normals, neighbours);
         let center = cloud.bounds().center();
         let volume: f64 =
             positions.iter().zip(normals).zip(&areas).map(|((&p, n), a)| a * n.dot(p - center)).sum();

@@ -25,9 +25,11 @@ impl Representation for Meshes {
         &[Kind::Mesh]
     }
 
-    fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
-        let MeshFile { mesh, notes, .. } = parse(content, options)?;
-        let mut opened = opened(mesh, &options.repair, &content.name())?;
+    fn open(&self, content: Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
+        let MeshFile { mesh, notes, .. } = parse(&content, options)?;
+        let name = content.name();
+        drop(content);
+        let mut opened = opened(mesh, &options.repair, &name)?;
         opened.notes.splice(0..0, notes.into_iter().map(Note::from));
         Ok(opened)
     }
@@ -78,8 +80,9 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
     if let Some(vertex) = mesh.beyond_reach() {
         return Err(OpenError::TooFar { name: name(), vertex });
     }
-    let cleaned = repair::without_unusable_faces(&mesh);
-    if cleaned.area() == 0.0 {
+    let has_area =
+        |face| mesh.corner_positions(face).iter().all(|p| p.is_finite()) && mesh.face_area(face) > 0.0;
+    if !mesh.face_indices().any(has_area) {
         return Err(OpenError::NoArea { name: name() });
     }
     let empty = |source| OpenError::EmptyMesh { name: name(), source };
@@ -103,11 +106,13 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
     };
     let base = BaseSource::Isosurface { scaffold: None, reason: Some(reason) };
     let (_, mut area_left_out) = repair::finite_part(&mesh);
-    let mut parts = cleaned;
-    if options.parts == Parts::Largest {
+    let parts = if options.parts == Parts::Largest {
         let usable = repair::usable_triangles(&mesh, options);
-        (parts, area_left_out) = (usable.mesh, usable.area_left_out);
-    }
+        area_left_out = usable.area_left_out;
+        usable.mesh
+    } else {
+        repair::without_unusable_faces(&mesh)
+    };
     check_left_out(area_left_out, options.parts)
         .map_err(|source| OpenError::LeftOut { name: name(), source })?;
     let surface = MeshSurface::new(&facing_out(&repair::oriented(&parts))).map_err(empty)?;
@@ -122,7 +127,7 @@ pub(super) fn opened(mesh: TriangleMesh, options: &RepairOptions, name: &str) ->
 /// Why the components of a manifold mean one solid, whose boundary they are only together: some are inside of others, or
 /// their borders lie side by side, as where the faces of a solid were not sewn together. `None` where each is a surface of its own.
 fn pieces_of_one_solid(mesh: &ManifoldMesh, surface: &MeshSurface) -> Option<NotDecimated> {
-    let components = Components::of(mesh);
+    let components = Components::of_manifold(mesh);
     if components.len() < 2 {
         return None;
     }

@@ -70,10 +70,11 @@ trait Representation: Sync {
     /// The kinds it can open.
     fn kinds(&self) -> &'static [Kind];
 
-    /// Opens a file, as the kind that the options ask for or that its content tells.
+    /// Opens a file, as the kind that the options ask for or that its content tells. The bytes are given up when what they hold is
+    /// known, for they may be a large part of the memory that is there.
     fn open(
         &self,
-        content: &Content,
+        content: Content,
         options: &OpenOptions,
         progress: &dyn Progress,
     ) -> Result<Opened, OpenError>;
@@ -185,7 +186,7 @@ pub fn open_with(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
-    open_content(&Content::read(path.as_ref())?, options, progress)
+    open_content(Content::read(path.as_ref())?, options, progress)
 }
 
 /// As [`open_with`], of the bytes of a file. The path names them in messages.
@@ -198,21 +199,22 @@ pub fn open_bytes(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
-    open_content(&Content::new(path.into(), bytes), options, progress)
+    open_content(Content::new(path.into(), bytes), options, progress)
 }
 
 fn open_content(
-    content: &Content,
+    content: Content,
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
     if Model::is_model(&content.bytes) {
         return Err(OpenError::Model { name: content.name() });
     }
-    let representation = representation(content, options)?;
+    let representation = representation(&content, options)?;
+    let path = content.path.clone();
     let mut opened = representation.open(content, options, progress)?;
     opened.notes.splice(0..0, unused(options, representation.kinds()));
-    Ok(Opened { path: Some(content.path.clone()), parts: options.repair.parts, ..opened })
+    Ok(Opened { path: Some(path), parts: options.repair.parts, ..opened })
 }
 
 /// Examines a file: a surface of any kind, a model, or a checkpoint. Costs no more than reading it and, for a mesh, its checks; for a
@@ -265,5 +267,5 @@ pub fn open_cloud(
     kind: Option<Kind>,
     progress: &dyn Progress,
 ) -> Result<Opened, OpenError> {
-    cloud::opened(cloud, kind, "the cloud", Vec::new(), progress)
+    cloud::opened(cloud.clone(), kind, "the cloud", Vec::new(), progress)
 }

@@ -22,8 +22,9 @@ impl Representation for Networks {
         &[Kind::NeuralSdf, Kind::Neus, Kind::Nerf]
     }
 
-    fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
-        let Network { field, kind, level, mut notes, .. } = read(content, options)?;
+    fn open(&self, content: Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
+        let Network { field, kind, level, mut notes, .. } = read(&content, options)?;
+        drop(content);
         notes.extend(assumed(&field));
         let search = field.search();
         let surface = Box::new(LevelSetSurface::new(field).with_search(search));

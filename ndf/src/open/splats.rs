@@ -21,8 +21,9 @@ impl Representation for Splats {
         &[Kind::Splats]
     }
 
-    fn open(&self, content: &Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
-        let Read { density, level, notes, .. } = read(content, options)?;
+    fn open(&self, content: Content, options: &OpenOptions, _: &dyn Progress) -> Result<Opened, OpenError> {
+        let Read { density, level, notes, .. } = read(&content, options)?;
+        drop(content);
         let surface = LevelSetSurface::new(density);
         let cached = Some(*surface.search());
         let opened = Opened::from_surface(Box::new(surface), Kind::Splats);
