@@ -9,6 +9,7 @@ mod representations;
 mod reproduce;
 mod rows;
 mod scalars;
+mod scale;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -36,6 +37,8 @@ enum Experiment {
     Reproduce(reproduce::Options),
     /// Learn eigenfunctions with encodings of several sizes and write the table and plots of docs/scalars.md
     Scalars(scalars::Options),
+    /// Time the program on inputs of growing size and write the table and plots of docs/scale.md
+    Scale(scale::Options),
     /// Time geodesic distances, beside rivals if their programs are given, and write the tables of docs/performance.md
     Geodesics {
         #[command(flatten)]
@@ -68,7 +71,7 @@ enum Experiment {
         #[command(flatten)]
         meshes: performance::Meshes,
     },
-    /// What the three above run in a process of its own for every mesh
+    /// What the four above run in a process of its own for every mesh
     #[command(subcommand, hide = true)]
     Measure(performance::OneMesh),
 }
@@ -86,6 +89,7 @@ fn main() -> ExitCode {
         Experiment::Representations(options) => representations::run(&options),
         Experiment::Reproduce(options) => reproduce::run(&options),
         Experiment::Scalars(options) => scalars::run(&options),
+        Experiment::Scale(options) => scale::run(&options),
         Experiment::Geodesics { meshes, timing, vtp } => {
             performance::geodesics(&meshes, &timing, vtp.as_deref())
         }

@@ -50,6 +50,24 @@ fn error_by(
     draw(title, axes, &lines, Mark::Points)
 }
 
+/// Something by the size of inputs, both logarithmically. What is not positive is left out, as above.
+pub(crate) fn by_size(
+    title: &str,
+    figure: &str,
+    lines: &[Line],
+) -> Result<String, Box<dyn std::error::Error>> {
+    let lines = positive(lines, |(x, y)| x.min(y));
+    let axes = Axes {
+        x: with_room(widened(&lines, |p| p.0, [0.8, 1.25]), lines.len()).log_scale(),
+        x_name: "faces, points or splats",
+        x_label: &|x| format!("{x:.0e}"),
+        y: widened(&lines, |p| p.1, [0.7, 1.4]),
+        y_name: figure,
+        y_label: &|y| format!("{}", tidy(y)),
+    };
+    draw(title, axes, &lines, Mark::Points)
+}
+
 /// Loss by epoch, the loss logarithmically. `loss` says which. What is not positive is left out, as above.
 pub(crate) fn loss_by_epoch(
     title: &str,

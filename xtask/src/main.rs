@@ -46,6 +46,7 @@ const EXPERIMENTS: &[&str] = &[
     "representations",
     "reproduce",
     "scalars",
+    "scale",
     "spectra",
     "many-modes",
     "table",

@@ -57,6 +57,7 @@ pub(crate) enum OneMesh {
     Geodesics(geodesics::Arguments),
     Spectra(spectra::Arguments),
     Training(training::Arguments),
+    Program(crate::scale::Program),
 }
 
 /// Measures one mesh and prints what was measured as JSON.
@@ -66,6 +67,7 @@ pub(crate) fn measure(mesh: OneMesh) -> Result<(), String> {
         OneMesh::Geodesics(arguments) => geodesics::row(&arguments)?,
         OneMesh::Spectra(arguments) => spectra::row(&arguments)?,
         OneMesh::Training(arguments) => training::row(&arguments)?,
+        OneMesh::Program(arguments) => crate::scale::row(&arguments)?,
     };
     println!("{row}");
     Ok(())

@@ -23,7 +23,7 @@ pub(crate) enum Threads {
     Default,
 }
 
-/// Runs this program once more with other arguments and reads the JSON it prints: a process of its own for every mesh,
+/// Runs this program once more with other arguments and reads the JSON of the last line it prints: a process of its own for every mesh,
 /// so that memory is that mesh's.
 pub(crate) fn in_own_process(arguments: &[String], threads: Threads) -> Result<Value, String> {
     let program = std::env::current_exe().map_err(|e| format!("own path: {e}"))?;
@@ -42,7 +42,8 @@ pub(crate) fn in_own_process(arguments: &[String], threads: Threads) -> Result<V
     if !output.status.success() {
         return Err(format!("{arguments:?}: {}", output.status));
     }
-    serde_json::from_slice(&output.stdout).map_err(|e| format!("{arguments:?}: {e}"))
+    let last = output.stdout.trim_ascii().rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
+    serde_json::from_slice(last).map_err(|e| format!("{arguments:?}: {e}"))
 }
 
 /// Wall seconds of some work, and its result.

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Some(path) => path.clone(),
         None => {
             let path = folder.join("input.ply");
-            context.write_mesh(&path, &Shape::default().mesh(), &[])?;
+            context.write_mesh(&path, &Shape::default().mesh(None), &[])?;
             path
         }
     };

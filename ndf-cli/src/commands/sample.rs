@@ -29,6 +29,9 @@ pub struct Arguments {
     /// The shape; networks are a sphere or a torus.
     #[arg(long, value_enum, default_value_t)]
     shape: Shape,
+    /// Faces of the mesh, about: a sphere has 20·4ⁿ. By default 12 to 96 thousand.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
+    faces: Option<u32>,
     /// Points of a cloud, or splats.
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     points: u32,
@@ -68,14 +71,32 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The shape as a closed mesh, oriented outward, of 12 to 96 thousand faces.
-    pub fn mesh(self) -> TriangleMesh {
+    /// The shape as a closed mesh, oriented outward, of about so many faces, or of 12 to 96 thousand.
+    pub fn mesh(self, faces: Option<u32>) -> TriangleMesh {
+        // Of so many segments one way and so many the other: twice their product, and of a cube six sides.
+        let finer = |[one, other]: [u32; 2], sides: u32| {
+            let usual = f64::from(2 * sides * one * other);
+            let factor = faces.map_or(1.0, |faces| (f64::from(faces) / usual).sqrt());
+            [one, other].map(|n| ((f64::from(n) * factor).round() as u32).max(3))
+        };
         match self {
-            Self::Rope => shapes::rope_knot(800, 60, 0.24),
-            Self::Trefoil => shapes::trefoil_knot(400, 36, 0.24),
-            Self::Torus => shapes::torus(160, 80, 1.0, 0.4),
-            Self::Sphere => shapes::icosphere(5),
-            Self::Cube => shapes::cube(32),
+            Self::Rope => {
+                let [along, around] = finer([800, 60], 1);
+                shapes::rope_knot(along, around, 0.24)
+            }
+            Self::Trefoil => {
+                let [along, around] = finer([400, 36], 1);
+                shapes::trefoil_knot(along, around, 0.24)
+            }
+            Self::Torus => {
+                let [major, minor] = finer([160, 80], 1);
+                shapes::torus(major, minor, 1.0, 0.4)
+            }
+            Self::Sphere => shapes::icosphere(faces.map_or(5, |faces| {
+                let levels = (f64::from(faces) / 20.0).log(4.0).round();
+                levels.max(0.0) as u32
+            })),
+            Self::Cube => shapes::cube(finer([32, 32], 6)[0]),
         }
     }
 }
@@ -90,7 +111,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Kind::Splats => return write_splat_file(arguments, context),
         _ => {}
     }
-    let mesh = arguments.shape.mesh();
+    let mesh = arguments.shape.mesh(arguments.faces);
     let (mesh, normals) = match arguments.kind {
         Kind::OrientedCloud | Kind::Cloud => {
             ply_only(arguments, "a cloud")?;
@@ -144,7 +165,7 @@ fn write_network(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Flat splats spread evenly over a shape.
 fn write_splat_file(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure> {
     ply_only(arguments, "a cloud of splats")?;
-    let mesh = arguments.shape.mesh();
+    let mesh = arguments.shape.mesh(arguments.faces);
     let (points, normals) = sampled(&mesh, arguments.points as usize, context.seed())?;
     // Every splat covers its share of the area.
     let radius = (mesh.area() / f64::from(arguments.points)).sqrt() as f32;

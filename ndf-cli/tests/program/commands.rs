@@ -62,6 +62,23 @@ fn a_shape_is_written_examined_measured_and_drawn() {
 }
 
 #[test]
+fn shapes_have_about_as_many_faces_as_asked_for() {
+    let folder = Folder::new("faces");
+    for shape in ["rope", "trefoil", "torus", "cube", "sphere"] {
+        for faces in ["800", "20480"] {
+            let arguments = ["sample", "mesh", "-o", "a.ply", "--shape", shape, "--faces", faces, "--json"];
+            let found = ndf(&folder.0, &arguments).json()["faces"].as_f64().unwrap();
+            let share = found / faces.parse::<f64>().unwrap();
+            // Those of a sphere are 20 times a power of four.
+            let most = if shape == "sphere" { 2.0 } else { 1.1 };
+            assert!((1.0 / most..=most).contains(&share), "{shape}: {found} of {faces}");
+            let info = ndf(&folder.0, &["info", "a.ply", "--json"]).json();
+            assert_eq!((&info["components"], &info["boundary_edges"]), (&1.into(), &0.into()));
+        }
+    }
+}
+
+#[test]
 fn scalars_of_clouds_and_summaries() {
     let folder = Folder::new("clouds");
     let text = ndf(&folder.0, &["sample", "oriented-cloud", "-o", "a.ply", "--points", "500"]);
