@@ -115,8 +115,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
 /// The surface of a name.
 fn opened(name: &str, options: &Options) -> Result<Opened, ndf::OpenError> {
     match name {
-        TREFOIL => ndf::open_mesh(Shape::Trefoil.mesh()),
-        CUBE => ndf::open_mesh(Shape::Cube.mesh()),
+        TREFOIL => ndf::open_mesh(Shape::Trefoil.mesh(None)),
+        CUBE => ndf::open_mesh(Shape::Cube.mesh(None)),
         file => ndf::open(root().join(&options.data).join(file), &OpenOptions::default()),
     }
 }

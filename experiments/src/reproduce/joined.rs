@@ -139,7 +139,7 @@ fn write_rows<R: Serialize>(folder: &Path, experiment: Experiment, rows: &[R]) -
 fn trefoil(setup: &Setup) -> Result<PathBuf, String> {
     let file = setup.cache.join("trefoil.ply");
     fs::create_dir_all(&setup.cache).map_err(|e| format!("{}: {e}", setup.cache.display()))?;
-    write_mesh(&file, &Built::Trefoil.mesh(), &[]).map_err(|e| format!("{}: {e}", file.display()))?;
+    write_mesh(&file, &Built::Trefoil.mesh(None), &[]).map_err(|e| format!("{}: {e}", file.display()))?;
     Ok(file)
 }
 

@@ -105,7 +105,7 @@ impl Shape {
                 let bytes = to_safetensors(&TORUS.as_nerf()).map_err(|e| say(&e))?;
                 ndf::open_bytes(bytes, "torus.safetensors", &options, &NoProgress).map_err(|e| say(&e))
             }
-            (Source::Made, Role::Mesh) => ndf::open_mesh(Built::Trefoil.mesh()).map_err(|e| say(&e)),
+            (Source::Made, Role::Mesh) => ndf::open_mesh(Built::Trefoil.mesh(None)).map_err(|e| say(&e)),
             (Source::Made, Role::Cloud) => ndf::open_cloud(&cloud()?, kind, &NoProgress).map_err(|e| say(&e)),
         }
     }
@@ -121,7 +121,7 @@ impl Shape {
 
 /// Points with normals, evenly on a shape.
 fn cloud() -> Result<PointCloud, String> {
-    let mesh = Built::Trefoil.mesh();
+    let mesh = Built::Trefoil.mesh(None);
     let sampler = AreaSampler::new(&mesh).ok_or("the shape has no area")?;
     let samples = sampler.sample(POINTS, 0, 0);
     let raw = RawCloud {
