@@ -110,7 +110,7 @@ impl SymbolicCholesky {
     /// # Errors
     /// If memory is short.
     pub fn negative_eigenvalues(&self, matrix: &CsrMatrix) -> Result<Option<usize>, SpectralError> {
-        Ok(self.pivoted(matrix)?.map(|(_, pivots)| negative(&pivots)))
+        Ok(self.pivoted(matrix)?.map(|found| negative(&found.pivots)))
     }
 
     /// The factorisation LDLᵀ of a symmetric matrix of the analysed pattern that may have negative eigenvalues. `None` if its
@@ -119,7 +119,7 @@ impl SymbolicCholesky {
     /// # Errors
     /// If memory is short.
     pub(crate) fn indefinite(&self, matrix: &CsrMatrix) -> Result<Option<Indefinite>, SpectralError> {
-        let Some((mut values, pivots)) = self.pivoted(matrix)? else { return Ok(None) };
+        let Some(Pivoted { mut values, pivots }) = self.pivoted(matrix)? else { return Ok(None) };
         self.diagonal().for_each(|slot| values[slot] = 1.0);
         triangular::invert_triangles(self.supernodes(), &mut values);
         let growth = values.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
@@ -128,8 +128,8 @@ impl SymbolicCholesky {
         Ok(Some(Indefinite { symbolic: self.clone(), values, pivots, refined }))
     }
 
-    /// Entries of LDLᵀ, with the pivots on the diagonal, and these. `None` if one is zero or not finite.
-    fn pivoted(&self, matrix: &CsrMatrix) -> Result<Option<(Vec<f64>, Vec<f64>)>, SpectralError> {
+    /// LDLᵀ; `None` if a pivot is zero or not finite.
+    fn pivoted(&self, matrix: &CsrMatrix) -> Result<Option<Pivoted>, SpectralError> {
         let par = parallelism();
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
         let mut memory =
@@ -149,7 +149,7 @@ impl SymbolicCholesky {
         }
         let pivots: Vec<f64> = self.diagonal().map(|slot| values[slot]).collect();
         let trusted = pivots.iter().all(|p| p.is_finite() && *p != 0.0);
-        Ok(trusted.then_some((values, pivots)))
+        Ok(trusted.then_some(Pivoted { values, pivots }))
     }
 
     /// Where the diagonal lies in the values of a factor.
@@ -167,6 +167,12 @@ impl SymbolicCholesky {
     fn order(&self) -> (&[usize], &[usize]) {
         self.symbolic.perm().expect("an ordering was computed").arrays()
     }
+}
+
+/// Entries of LDLᵀ, with the pivots on the diagonal, and these.
+struct Pivoted {
+    values: Vec<f64>,
+    pivots: Vec<f64>,
 }
 
 /// How many numbers are negative.

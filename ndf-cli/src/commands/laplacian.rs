@@ -67,7 +67,7 @@ enum Form {
 
 impl Form {
     fn of(path: &Path) -> Result<Self, Failure> {
-        match path.extension().map(|extension| extension.to_ascii_lowercase()) {
+        match path.extension().map(std::ffi::OsStr::to_ascii_lowercase) {
             Some(extension) if extension == "npz" => Ok(Self::Npz),
             Some(extension) if extension == "mtx" => Ok(Self::MatrixMarket),
             _ => Err(Failure::new(format!("{}: matrices are written as .npz or .mtx", path.display()))

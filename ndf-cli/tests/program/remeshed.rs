@@ -95,7 +95,7 @@ fn intrinsic_remeshing_keeps_vertices_and_adds_others_on_the_surface() {
     let folder = Folder::new("intrinsically");
     cube(&folder);
     let arguments =
-        ["remesh", "cube.ply", "-o", "out.ply", "--method", "intrinsic", "--edge-length", "0.1", "--json"];
+        ["remesh", "cube.ply", "-o", "out.ply", "--method", "intrinsic", "--edge-length", "0.04", "--json"];
     let told = ndf(&folder.0, &arguments).json();
     assert!(told["faces"].as_u64() > told["faces_before"].as_u64(), "{told}");
     let found = read_mesh(folder.0.join("out.ply")).unwrap().mesh;

@@ -92,10 +92,10 @@ def spectrum(
     Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000), of many modes slice by slice (Grimes, Lewis and Simon
     1994); none is missing, which is checked.
     """
-    kind, is_delaunay = _operator(mass, delaunay)
+    operator = _operator(mass, delaunay)
     is_held = choice(boundary, "boundary", "neumann", "dirichlet") == "dirichlet"
     with observer(progress) as observing:
-        found = _native.spectrum(*mesh(vertices, faces), _modes(k), kind, is_delaunay, is_held, observing)
+        found = _native.spectrum(*mesh(vertices, faces), _modes(k), operator, is_held, observing)
     (values, rows), notes = found
     warn(notes)
     return values, rows.T
