@@ -18,6 +18,9 @@ pub(crate) const SLICE: usize = 80;
 /// Dimension at which the space of a slice is restarted.
 const CAPACITY: usize = 3 * SLICE;
 
+/// By what the tolerance is multiplied: functions of different slices are as orthogonal as their residuals are small.
+pub(crate) const SHARPER: f64 = 0.01;
+
 /// How often another shift is tried before slices are given up.
 const ATTEMPTS: usize = 8;
 
@@ -45,7 +48,6 @@ impl<'a> Solver<'a> {
         mut part: Part<'a>,
     ) -> Result<Option<Modes>, SpectralError> {
         let mut applications = 0;
-        let mut previous: Vec<Panel> = Vec::new();
         while part.found.len() < self.options.count {
             let mut width = 0.5 * SLICE as f64 * spacing(part.found.eigenvalues());
             let mut attempts = 0;
@@ -66,14 +68,14 @@ impl<'a> Solver<'a> {
             // Errors of functions along each other are those of the residuals over the distance of the eigenvalues, which is small
             // only across the cut.
             for panel in &mut slice.functions {
-                let along = products_through(self.operator.mass(), &previous, std::slice::from_ref(panel));
-                add_combination(panel, -1.0, &previous, &along);
+                let along = products_through(self.operator.mass(), &part.last, std::slice::from_ref(panel));
+                add_combination(panel, -1.0, &part.last, &along);
             }
             part.found.extend(&slice.eigenvalues, &slice.functions);
             part.end = slice.end;
             part.below += slice.eigenvalues.len() + slice.missing.unwrap_or(0);
             part.verified &= slice.missing == Some(0);
-            previous = slice.functions;
+            part.last = slice.functions;
         }
         Ok(Some(part.found.finish(part.verified)))
     }
@@ -99,8 +101,7 @@ impl<'a> Solver<'a> {
         }
         // One more than is wanted shows the gap behind.
         let right = (remaining + 1).saturating_sub(left).min(3 * SLICE / 8);
-        // Functions of different slices are as orthogonal as their residuals are small.
-        let tolerance = 0.1 * self.options.tolerance;
+        let tolerance = SHARPER * self.options.tolerance;
         let sought = Sought { start: part.end, shift, left, right, tolerance };
         let Some((space, ritz, pairs)) = self.around(&inverse, &sought, applications)? else {
             return Ok(Attempt::Narrower(0.8));

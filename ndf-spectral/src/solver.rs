@@ -10,9 +10,9 @@ use crate::found::Found;
 use crate::krylov::{KrylovSpace, Ritz};
 use crate::laplace_beltrami::LaplaceBeltrami;
 use crate::modes::{ModeOptions, Modes};
-use crate::panel::WIDTH;
+use crate::panel::{Panel, WIDTH};
 use crate::screened_poisson::ScreenedPoisson;
-use crate::slices::SLICE;
+use crate::slices::{SHARPER, SLICE};
 
 /// Below so many vertices all modes are found at once by dense matrices.
 const DENSE: usize = 300;
@@ -33,6 +33,8 @@ pub(crate) struct Solver<'a> {
 pub(crate) struct Part<'a> {
     /// Its modes.
     pub(crate) found: Found<'a>,
+    /// The functions that were found last, if more are to follow.
+    pub(crate) last: Vec<Panel>,
     /// Where it ends.
     pub(crate) end: f64,
     /// How many eigenvalues lie below its end.
@@ -143,16 +145,19 @@ impl<'a> Solver<'a> {
         let (inverse, shift) = (factored.cholesky(), factored.shift());
         let (kernel, capacity) = (found.len(), capacity(wanted));
         let is_all = kernel + wanted == self.options.count;
+        let tolerance = self.options.tolerance * if is_all { 1.0 } else { SHARPER };
         let mut space = KrylovSpace::new(self.operator, inverse)?;
         let mut applications = 0;
         for round in 0..=self.options.max_restarts {
             let is_last = round == self.options.max_restarts;
-            let ritz = self.converge(&mut space, wanted, capacity, &mut applications)?;
+            let ritz = self.converge(&mut space, wanted, capacity, tolerance, &mut applications)?;
             let values: Vec<f64> = ritz.values.iter().map(|theta| theta.recip() - shift).collect();
-            let converged = ritz.converged(wanted, self.options.tolerance);
+            let converged = ritz.converged(wanted, tolerance);
             let mut keep = |space: KrylovSpace<'_>, ritz: &Ritz, count: usize| {
                 let pairs: Vec<usize> = (0..count).collect();
-                found.extend(&values[..count], &space.into_functions(ritz, &pairs));
+                let functions = space.into_functions(ritz, &pairs);
+                found.extend(&values[..count], &functions);
+                functions
             };
             if converged < wanted {
                 if is_last {
@@ -171,10 +176,11 @@ impl<'a> Solver<'a> {
             };
             if missing.is_none_or(|missing| missing == 0) || is_last {
                 let below = cut.map_or(wanted, |cut| cut.below);
-                keep(space, &ritz, if is_all { wanted } else { below });
+                let kept = keep(space, &ritz, if is_all { wanted } else { below });
+                let last = if is_all { Vec::new() } else { kept };
                 let end = cut.map_or(f64::INFINITY, |cut| cut.bound);
                 let below = kernel + below + missing.unwrap_or(0);
-                return Ok(Part { found, end, below, verified: missing == Some(0) });
+                return Ok(Part { found, last, end, below, verified: missing == Some(0) });
             }
             space.renew_block()?;
         }
@@ -187,6 +193,7 @@ impl<'a> Solver<'a> {
         space: &mut KrylovSpace<'_>,
         wanted: usize,
         capacity: usize,
+        tolerance: f64,
         applications: &mut usize,
     ) -> Result<Ritz, SpectralError> {
         loop {
@@ -195,7 +202,7 @@ impl<'a> Solver<'a> {
             self.progress.check()?;
             if space.size() >= wanted + WIDTH || space.size() >= capacity {
                 let ritz = space.ritz();
-                let converged = ritz.converged(wanted, self.options.tolerance);
+                let converged = ritz.converged(wanted, tolerance);
                 self.progress.report("modes", converged as f64 / self.options.count as f64);
                 if converged == wanted || space.size() >= capacity {
                     return Ok(ritz);
