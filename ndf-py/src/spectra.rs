@@ -120,7 +120,7 @@ pub(crate) fn spectrum<'py>(
     vertices: Points<'py>,
     faces: Faces<'py>,
     k: usize,
-    (mass, delaunay): (String, bool),
+    operator: (String, bool),
     held: bool,
     observer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(PyModes<'py>, Vec<String>)> {
@@ -129,7 +129,7 @@ pub(crate) fn spectrum<'py>(
     if k == 0 || k > vertices {
         return Err(failure(format!("{k} modes requested, but the surface has {vertices} vertices")));
     }
-    let operator = operator_options(&mass, delaunay)?;
+    let operator = operator_options(&operator.0, operator.1)?;
     let options = ModeOptions { count: k, operator, ..ModeOptions::default() };
     let work = |progress: &dyn Progress| match held {
         true => surface.modes_with_held_boundary(&options, progress),
