@@ -72,7 +72,7 @@ const REPORT: usize = 2048;
 const ASKED: u32 = 4096;
 
 /// Decimates a mesh. Deterministic; O(n log n), on the calling thread. Meshes of a million faces and more are first decimated in
-/// [blocks] of some ten thousand, on all threads.
+/// blocks of some ten thousand, on all threads.
 ///
 /// The result has the topology of the input, and no face without area unless the input had it. If the input
 /// has no more faces than asked for it is returned as it is.
