@@ -1,5 +1,6 @@
 //! Arguments that several commands share, and the values of the library they stand for.
 
+mod boundary;
 mod edge_length;
 mod mesh_to_mesh;
 mod numbers;
@@ -10,6 +11,7 @@ mod training;
 mod triangulation;
 mod up;
 
+pub use boundary::Boundary;
 pub use edge_length::EdgeLength;
 pub use mesh_to_mesh::MeshToMesh;
 pub use numbers::{Vertices, angle, bits, crease, length, point, seconds, share, vertices};

@@ -76,7 +76,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let name = input.display();
     found.notes.iter().for_each(|note| context.warn_of(&name, note));
     if !found.has_converged {
-        context.warn(&format!("{name}: the centre was not found in {} steps", found.iterations));
+        context.warn(&format!("{name}: the centre was not found in {} steps, and what is told is the last one; sources that lie closer together \
+             have a centre that is",
+            found.iterations));
     }
     let mesh = read.surface.mesh();
     let corners = mesh.faces()[found.point.face.index()];
@@ -112,8 +114,5 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         Kind::Mean => "mean",
         Kind::Median => "median",
     };
-    Ok(Outcome::new(
-        json,
-        format!("{name}: a {what} of {} sources, the best nearby\n{}", places.len(), table(&rows)),
-    ))
+    Ok(Outcome::new(json, format!("{name}: a local {what} of {} sources\n{}", places.len(), table(&rows))))
 }

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use ndf::files::begins_as_model;
 use ndf::{HeatOptions, InitialHeat, ModelExt, stored_scalars};
 use ndf_mesh::io::{VertexScalars, format_to_write, read_mesh};
 use serde_json::json;
 
-use crate::arguments::{Sources, TriangulationArguments, length};
+use crate::arguments::{Boundary, Sources, TriangulationArguments, length};
 use crate::context::Context;
 use crate::files::read_model;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
@@ -41,16 +41,6 @@ pub struct Arguments {
     /// What happens at a boundary.
     #[arg(long, value_enum, default_value_t)]
     boundary: Boundary,
-}
-
-/// What happens at boundaries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Boundary {
-    /// It keeps its initial temperature.
-    Dirichlet,
-    /// No heat passes it.
-    #[default]
-    Neumann,
 }
 
 /// Lets heat flow.

@@ -106,8 +106,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         context.write_mesh(path, surface.triangles.mesh(), &[])?;
     } else if !surface.has_vertices_of_mesh() {
         context.warn(&format!(
-            "{name}: the rows are not the vertices of the file, of which some were joined, divided or left out; --mesh writes those \
-             that they are"
+            "{name}: the rows are not the vertices of the file, of which some were joined, divided or left out; --mesh FILE writes \
+             the mesh whose vertices they are"
         ));
     }
     let seconds = started.elapsed().as_secs_f64();

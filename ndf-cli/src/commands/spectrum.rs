@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ndf::Triangles;
 use ndf_mesh::io::format_to_write;
 use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
 use serde_json::json;
 
-use crate::arguments::{TriangulationArguments, length};
+use crate::arguments::{Boundary, TriangulationArguments, length};
 use crate::context::Context;
 use crate::output::{Failure, Outcome, check_output, grouped, readable, table};
 use crate::streams::output_file;
@@ -35,16 +35,6 @@ pub struct Arguments {
     /// What functions are at a boundary.
     #[arg(long, value_enum, default_value_t)]
     boundary: Boundary,
-}
-
-/// What functions are at boundaries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Boundary {
-    /// They are zero.
-    Dirichlet,
-    /// They are free.
-    #[default]
-    Neumann,
 }
 
 /// Computes the modes with the smallest eigenvalues.
