@@ -24,7 +24,7 @@ use faer::{Par, Side};
 const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
 
 /// Entries of LDLᵀ without pivoting above this cost more digits of a solution than modes can spare.
-const GROWTH: f64 = 5e3;
+const GROWTH: f64 = 1e3;
 
 /// All threads of the current pool.
 #[cfg(not(target_family = "wasm"))]

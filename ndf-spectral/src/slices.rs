@@ -47,18 +47,13 @@ impl<'a> Solver<'a> {
         symbolic: &SymbolicCholesky,
         mut part: Part<'a>,
     ) -> Result<Option<Modes>, SpectralError> {
-        let mut applications = 0;
         while part.found.len() < self.options.count {
             let mut width = 0.5 * SLICE as f64 * spacing(part.found.eigenvalues());
             let mut attempts = 0;
             let mut slice = loop {
-                match self.slice(symbolic, &part, width, &mut applications) {
-                    Ok(Attempt::Found(slice)) => break slice,
-                    Ok(Attempt::Narrower(factor)) => width *= factor,
-                    Err(SpectralError::NotConverged { .. }) => {
-                        return Err(self.not_converged(part.found, applications));
-                    }
-                    Err(error) => return Err(error),
+                match self.slice(symbolic, &part, width)? {
+                    Attempt::Found(slice) => break slice,
+                    Attempt::Narrower(factor) => width *= factor,
                 }
                 attempts += 1;
                 if attempts == ATTEMPTS {
@@ -86,7 +81,6 @@ impl<'a> Solver<'a> {
         symbolic: &SymbolicCholesky,
         part: &Part<'a>,
         width: f64,
-        applications: &mut usize,
     ) -> Result<Attempt, SpectralError> {
         let remaining = self.options.count - part.found.len();
         let shift = part.end + width;
@@ -103,7 +97,7 @@ impl<'a> Solver<'a> {
         let right = (remaining + 1).saturating_sub(left).min(3 * SLICE / 8);
         let tolerance = SHARPER * self.options.tolerance;
         let sought = Sought { start: part.end, shift, left, right, tolerance };
-        let Some((space, ritz, pairs)) = self.around(&inverse, &sought, applications)? else {
+        let Some((space, ritz, pairs)) = self.around(&inverse, &sought)? else {
             return Ok(Attempt::Narrower(0.8));
         };
         let values: Vec<f64> = pairs.iter().map(|&i| sought.eigenvalue(&ritz, i)).collect();
@@ -129,19 +123,17 @@ impl<'a> Solver<'a> {
     }
 
     /// The space in which all that is sought has converged, and the pairs by ascending eigenvalue; `None` if there are more than
-    /// there can be.
+    /// there can be, or they do not converge.
     fn around<'i>(
         &self,
         inverse: &'i Indefinite,
         sought: &Sought,
-        applications: &mut usize,
     ) -> Result<Option<(KrylovSpace<'i>, Ritz, Vec<usize>)>, SpectralError> {
         let mut space = KrylovSpace::new(self.operator, inverse)?;
         let least = sought.left + sought.right + WIDTH;
         for _ in 0..=self.options.max_restarts {
             loop {
                 space.expand()?;
-                *applications += WIDTH;
                 self.progress.check()?;
                 let is_full = space.size() >= CAPACITY;
                 if space.size() < least && !is_full {

@@ -130,7 +130,7 @@ impl<'a> Solver<'a> {
     }
 
     /// What is said when the iteration ends too early.
-    pub(crate) fn not_converged(&self, found: Found<'_>, applications: usize) -> SpectralError {
+    fn not_converged(&self, found: Found<'_>, applications: usize) -> SpectralError {
         let (found, asked) = (Box::new(found.finish(false)), self.options.count);
         SpectralError::NotConverged { found, asked, applications }
     }
