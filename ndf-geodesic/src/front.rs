@@ -29,6 +29,14 @@ impl Front {
         self.heap.push(Reverse((distance.to_bits(), code)));
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.heap.len()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.heap.is_empty()
+    }
+
     pub(crate) fn pop(&mut self) -> Option<(f64, Task)> {
         self.heap.pop().map(|Reverse((bits, code))| {
             let index = (code >> 1) as u32;

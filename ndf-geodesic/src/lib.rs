@@ -42,6 +42,7 @@ mod pending;
 mod propagation;
 mod pseudo_sources;
 mod queries;
+mod round;
 mod sources;
 mod straightening;
 mod straightest;

@@ -19,7 +19,8 @@ use ndf_intrinsic::{IntrinsicMesh, triangle};
 
 use crate::envelope::push_ordered;
 use crate::windows::Window;
-use ndf_mesh::Halfedge;
+use ndf_mesh::{Face, Halfedge};
+use rayon::prelude::*;
 
 /// A face above the x axis: tail of the entered half-edge at the origin, tip at `(length, 0)`.
 ///
@@ -45,7 +46,7 @@ impl Shapes {
             let sides = mesh.sides(f);
             (sides, triangle::area(sides))
         };
-        Self(mesh.faces().map(shape).collect())
+        Self((0..mesh.face_count()).into_par_iter().map(|f| shape(Face::new(f))).collect())
     }
 
     /// The face of a half-edge, laid out above it.
