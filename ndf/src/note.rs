@@ -91,6 +91,13 @@ pub enum Note {
         /// How many.
         splats: usize,
     },
+    /// There are many splats; those that are small and close together were merged.
+    SplatsMerged {
+        /// How many splats there are.
+        splats: usize,
+        /// What they were merged into.
+        merged: usize,
+    },
     /// A checkpoint names classes or functions, which are not run.
     Foreign {
         /// Their names.
@@ -294,6 +301,10 @@ impl fmt::Display for Note {
                 let what = if *splats == 1 { "splat is" } else { "splats are" };
                 let splats = grouped(*splats);
                 write!(f, "{splats} {what} outside the object or larger than half of it, and left out")
+            }
+            Self::SplatsMerged { splats, merged } => {
+                let (of, into) = (grouped(*splats), grouped(*merged));
+                write!(f, "small splats that are close together were merged: {into} instead of {of}")
             }
             Self::Foreign { names } => {
                 let shown = names.iter().take(MAX_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");

@@ -37,6 +37,8 @@ pub struct SplatReport {
     pub faint: usize,
     /// Far from the others, or larger than half the object.
     pub floaters: usize,
+    /// What those kept were merged into; as many, unless there are very many.
+    pub merged: usize,
 }
 
 /// Where a Gaussian ends, in standard deviations.
@@ -139,6 +141,7 @@ impl SplatDensity {
         } else {
             gaussians(kept.clone())
         };
+        report.merged = gaussians.len();
         let tree = Hierarchy::new(&boxes, LEAF);
         let bounds =
             BoundingBox { min: bounds.min.max(tree.bounds().min), max: bounds.max.min(tree.bounds().max) };

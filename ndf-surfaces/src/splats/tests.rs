@@ -60,7 +60,7 @@ fn one_gaussian_is_its_formula() {
 #[test]
 fn splats_on_a_sphere_make_a_sphere() {
     let density = density();
-    assert_eq!(density.report(), SplatReport { kept: 2562, ..SplatReport::default() });
+    assert_eq!(density.report(), SplatReport { kept: 2562, merged: 2562, ..SplatReport::default() });
     let found = mean_radius(&density);
     // On the slope of the sheet, where the offset says.
     assert!((found - 1.0 - density.offset()).abs() < 0.1 * density.offset(), "{found}, {}", density.offset());
@@ -102,7 +102,7 @@ fn floaters_faint_and_unsound_splats_are_left_out() {
     splats.push(Splat { center: [f64::NAN, 0.0, 0.0], ..one });
     splats.push(Splat { rotation: [0.0; 4], ..one });
     let density = SplatDensity::new(&splats, &DensityOptions::default()).unwrap();
-    assert_eq!(density.report(), SplatReport { kept: 2562, unsound: 2, faint: 1, floaters: 2 });
+    assert_eq!(density.report(), SplatReport { kept: 2562, unsound: 2, faint: 1, floaters: 2, merged: 2562 });
     assert!(density.bounds().diagonal() < 4.5);
     assert!(SplatDensity::new(&splats[2564..], &DensityOptions::default()).is_err());
 }

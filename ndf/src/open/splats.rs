@@ -74,6 +74,9 @@ fn read(content: &Content, options: &OpenOptions) -> Result<Read, OpenError> {
     if report.floaters > 0 {
         notes.push(Note::SplatsFloating { splats: report.floaters });
     }
+    if report.merged < report.kept {
+        notes.push(Note::SplatsMerged { splats: report.kept, merged: report.merged });
+    }
     let (density, level) = match options.level {
         Some(value) => (density.with_level(value), Level { value, rule: LevelRule::Asked }),
         None => {
