@@ -65,6 +65,9 @@ enum Experiment {
         /// How many, of meshes that are given
         #[arg(long, default_value_t = 100)]
         modes: usize,
+        /// Without a factorisation, of meshes that are given
+        #[arg(long)]
+        multigrid: bool,
     },
     /// Measure the memory of training and write the table of docs/performance.md
     Training {
@@ -94,7 +97,9 @@ fn main() -> ExitCode {
             performance::geodesics(&meshes, &timing, vtp.as_deref())
         }
         Experiment::Spectra { meshes, timing } => performance::spectra(&meshes, &timing),
-        Experiment::ManyModes { meshes, timing, modes } => performance::many_modes(&meshes, &timing, modes),
+        Experiment::ManyModes { meshes, timing, modes, multigrid } => {
+            performance::many_modes(&meshes, &timing, modes, multigrid)
+        }
         Experiment::Training { meshes } => performance::training(&meshes),
         Experiment::Measure(mesh) => performance::measure(mesh),
     };

@@ -4,7 +4,8 @@ use ndf::{Progress, RepairOptions, Triangulated};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
 use ndf_spectral::{
-    CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError, VertexFunctions,
+    CsrMatrix, Inversion, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError,
+    VertexFunctions,
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -121,16 +122,18 @@ pub(crate) fn spectrum<'py>(
     faces: Faces<'py>,
     k: usize,
     operator: (String, bool),
-    held: bool,
+    ways: (bool, bool),
     observer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(PyModes<'py>, Vec<String>)> {
+    let (held, multigrid) = ways;
     let surface = surface(py, &vertices, &faces)?;
     let vertices = surface.mesh().vertex_count();
     if k == 0 || k > vertices {
         return Err(failure(format!("{k} modes requested, but the surface has {vertices} vertices")));
     }
     let operator = operator_options(&operator.0, operator.1)?;
-    let options = ModeOptions { count: k, operator, ..ModeOptions::default() };
+    let inversion = if multigrid { Inversion::Multigrid } else { Inversion::Factorisation };
+    let options = ModeOptions { count: k, inversion, operator, ..ModeOptions::default() };
     let work = |progress: &dyn Progress| match held {
         true => surface.modes_with_held_boundary(&options, progress),
         false => surface.modes(&options, progress),

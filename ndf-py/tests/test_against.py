@@ -65,6 +65,8 @@ def test_modes_held_at_zero_are_those_of_a_square() -> None:
     np.testing.assert_allclose(values / np.pi**2, [2, 5, 5, 8], rtol=0.02)
     on_boundary = (x * (1 - x) * y * (1 - y)).ravel() == 0
     assert np.all(modes[on_boundary] == 0)
+    again, _ = ndf.spectrum(vertices, faces, k=4, boundary="dirichlet", multigrid=True)
+    np.testing.assert_allclose(again, values, rtol=1e-9)
 
 
 @pytest.mark.parametrize("mass", ["lumped", "voronoi", "consistent"])

@@ -162,6 +162,21 @@ impl CsrMatrix {
         (0..self.row_count()).map(product).collect()
     }
 
+    /// The transposed matrix. O(entries).
+    pub fn transposed(&self) -> Self {
+        let mut offsets = vec![0; self.column_count + 1];
+        self.columns.iter().for_each(|&column| offsets[column + 1] += 1);
+        (0..self.column_count).for_each(|column| offsets[column + 1] += offsets[column]);
+        let mut next = offsets.clone();
+        let (mut columns, mut values) = (vec![0; self.columns.len()], vec![0.0; self.values.len()]);
+        for (row, column, value) in self.entries() {
+            columns[next[column]] = row;
+            values[next[column]] = value;
+            next[column] += 1;
+        }
+        Self { column_count: self.row_count(), offsets, columns, values }
+    }
+
     /// The rows and columns of a square matrix that are kept, in their order. O(entries).
     ///
     /// # Panics

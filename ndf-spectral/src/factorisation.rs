@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::assembly::permuted;
 use crate::csr::CsrMatrix;
 use crate::error::SpectralError;
-use crate::panel::{Panel, Row, WIDTH, multiply};
+use crate::panel::{Panel, Row, WIDTH, add_scaled, multiply};
 use crate::triangular;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -180,15 +180,18 @@ fn negative(pivots: &[f64]) -> usize {
     pivots.iter().filter(|p| **p < 0.0).count()
 }
 
-/// The inverse of a symmetric matrix, as a factorisation applies it.
+/// The inverse of a symmetric matrix, as a factorisation or an iteration applies it.
 pub(crate) trait Inverse: Sync {
-    /// The row of the matrix behind every row of the factor, and the inverse: the row of the factor for every row of
-    /// the matrix.
+    /// The order in which rows are solved for: the row of the matrix behind every row of the factor, and the row of the factor for
+    /// every row of the matrix.
     fn order(&self) -> (&[usize], &[usize]);
 
     /// Solves for a panel of right-hand sides in the [order](Self::order) of the factor, which is replaced by the
     /// solutions.
-    fn solve_in_order(&self, panel: &mut Panel);
+    ///
+    /// # Errors
+    /// If an iteration does not converge.
+    fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError>;
 }
 
 /// A factorisation `P A Pᵀ = L D Lᵀ` of a symmetric matrix, definite or not, without pivoting. Where its entries are large, each solution is
@@ -215,18 +218,22 @@ impl Inverse for Indefinite {
         self.symbolic.order()
     }
 
-    fn solve_in_order(&self, panel: &mut Panel) {
+    fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError> {
         let solve = |panel: &mut Panel| {
             triangular::solve(self.symbolic.supernodes(), &self.values, &self.pivots, panel);
         };
-        let Some(matrix) = &self.refined else { return solve(panel) };
+        let Some(matrix) = &self.refined else {
+            solve(panel);
+            return Ok(());
+        };
         let mut remainder = panel.clone();
         solve(panel);
         let mut image = Panel::new();
         multiply(matrix, panel, &mut image);
-        add(&mut remainder, -1.0, &image);
+        add_scaled(&mut remainder, Row([-1.0; WIDTH]), &image);
         solve(&mut remainder);
-        add(panel, 1.0, &remainder);
+        add_scaled(panel, Row([1.0; WIDTH]), &remainder);
+        Ok(())
     }
 }
 
@@ -262,11 +269,18 @@ impl Cholesky {
             for (c, side) in sides.iter().enumerate() {
                 panel.iter_mut().zip(order).for_each(|(row, &i)| row.0[c] = side[i]);
             }
-            self.solve_in_order(&mut panel);
+            self.solve_panel(&mut panel);
             for (c, side) in sides.iter_mut().enumerate() {
                 panel.iter().zip(order).for_each(|(row, &i)| side[i] = row.0[c]);
             }
         }
+    }
+}
+
+impl Cholesky {
+    /// Solves for a panel of right-hand sides in the order of the factor.
+    pub(crate) fn solve_panel(&self, panel: &mut Panel) {
+        triangular::solve(self.symbolic.supernodes(), &self.values, &[], panel);
     }
 }
 
@@ -275,15 +289,9 @@ impl Inverse for Cholesky {
         self.symbolic.order()
     }
 
-    fn solve_in_order(&self, panel: &mut Panel) {
-        triangular::solve(self.symbolic.supernodes(), &self.values, &[], panel);
-    }
-}
-
-/// `target += factor · other`.
-fn add(target: &mut Panel, factor: f64, other: &Panel) {
-    for (target, other) in target.iter_mut().zip(other) {
-        target.0.iter_mut().zip(&other.0).for_each(|(x, y)| *x += factor * y);
+    fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError> {
+        self.solve_panel(panel);
+        Ok(())
     }
 }
 

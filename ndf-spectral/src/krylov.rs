@@ -109,7 +109,7 @@ impl<'a> KrylovSpace<'a> {
         let noise: Panel = (0..rows).map(|_| Row(std::array::from_fn(|_| self.random.next()))).collect();
         let mut block = Panel::new();
         multiply(&self.mass, &noise, &mut block);
-        self.inverse.solve_in_order(&mut block);
+        self.inverse.solve_in_order(&mut block)?;
         for _ in 0..2 {
             self.orthogonalise(&mut block);
         }
@@ -135,7 +135,7 @@ impl<'a> KrylovSpace<'a> {
         let size = self.size();
         let mut image = Panel::new();
         multiply(&self.mass, &self.basis[size / WIDTH], &mut image);
-        self.inverse.solve_in_order(&mut image);
+        self.inverse.solve_in_order(&mut image)?;
         // First the large part: along the last two blocks, but for the first image after a change of basis. Then the
         // means and all that rounding has left along the basis.
         let first =

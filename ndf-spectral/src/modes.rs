@@ -8,6 +8,17 @@ use crate::laplace_beltrami::{LaplaceBeltrami, OperatorOptions};
 use crate::solver::Solver;
 use crate::vertex_functions::VertexFunctions;
 
+/// How `L + σM` is inverted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Inversion {
+    /// By a Cholesky factorisation: fast; some 70 numbers a vertex for a million vertices, and more for more.
+    #[default]
+    Factorisation,
+    /// By conjugate gradients with algebraic multigrid: several times slower, in memory proportional to the mesh. All modes
+    /// are found in one space, and the inertia, which a factorisation tells, is not checked.
+    Multigrid,
+}
+
 /// What modes to compute, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModeOptions {
@@ -17,12 +28,15 @@ pub struct ModeOptions {
     /// kept between 1e-6 and 1 times 4π/area, about the first eigenvalue that is not zero, beyond which it would cost
     /// digits or iterations on meshes in very small or large units.
     pub shift: f64,
+    /// How L + σM is inverted.
+    pub inversion: Inversion,
     /// How the operator is built from a mesh.
     pub operator: OperatorOptions,
     /// Residuals at which modes count as converged, relative to the eigenvalue. Errors of eigenvalues are about the
     /// square of this.
     pub tolerance: f64,
-    /// Whether to check by Sylvester's law of inertia that no eigenvalue is missing; costs one more factorisation.
+    /// Whether to check by Sylvester's law of inertia that no eigenvalue is missing; costs one more factorisation. Not done without
+    /// factorisations.
     pub verify: bool,
     /// Restarts before giving up.
     pub max_restarts: usize,
@@ -34,6 +48,7 @@ impl Default for ModeOptions {
         Self {
             count: 20,
             shift: 1e-3,
+            inversion: Inversion::default(),
             operator: OperatorOptions::default(),
             tolerance: 3e-9,
             verify: true,

@@ -24,7 +24,7 @@ pub(crate) type Panel = Vec<Row>;
 
 /// `matrix · panel`. O(entries).
 pub(crate) fn multiply(matrix: &CsrMatrix, panel: &[Row], product: &mut Panel) {
-    product.resize(panel.len(), Row::default());
+    product.resize(matrix.row_count(), Row::default());
     product.par_chunks_mut(SLICE).enumerate().for_each(|(slice, product)| {
         simd::run(Multiply { matrix, panel, first: slice * SLICE, product });
     });
@@ -74,6 +74,55 @@ pub(crate) fn products_through(matrix: &CsrMatrix, a: &[Panel], b: &[Panel]) -> 
         }
         sums
     })
+}
+
+/// The inner product of every function with its counterpart. O(n).
+pub(crate) fn inner_products(a: &[Row], b: &[Row]) -> Row {
+    let slices: Vec<Row> = a
+        .par_chunks(SLICE)
+        .zip(b.par_chunks(SLICE))
+        .map(|(a, b)| {
+            let mut sum = [0.0; WIDTH];
+            for (a, b) in a.iter().zip(b) {
+                (0..WIDTH).for_each(|c| sum[c] += a.0[c] * b.0[c]);
+            }
+            Row(sum)
+        })
+        .collect();
+    slices.iter().fold(Row::default(), |sum, slice| Row(std::array::from_fn(|c| sum.0[c] + slice.0[c])))
+}
+
+/// `target += factors · functions`, a factor for each function. O(n).
+pub(crate) fn add_scaled(target: &mut [Row], factors: Row, functions: &[Row]) {
+    on_rows(target, functions, |target, row| {
+        (0..WIDTH).for_each(|c| target.0[c] += factors.0[c] * row.0[c]);
+    });
+}
+
+/// `target ← factors · target + functions`, a factor for each function. O(n).
+pub(crate) fn scaled_sum(target: &mut [Row], factors: Row, functions: &[Row]) {
+    on_rows(target, functions, |target, row| {
+        (0..WIDTH).for_each(|c| target.0[c] = factors.0[c] * target.0[c] + row.0[c]);
+    });
+}
+
+/// `target ← keep · target + factor · diagonal · functions`. O(n).
+pub(crate) fn scale_rows(target: &mut [Row], keep: f64, factor: f64, diagonal: &[f64], functions: &[Row]) {
+    target.par_chunks_mut(SLICE).zip(diagonal.par_chunks(SLICE)).zip(functions.par_chunks(SLICE)).for_each(
+        |((target, diagonal), functions)| {
+            for ((target, d), row) in target.iter_mut().zip(diagonal).zip(functions) {
+                let factor = factor * d;
+                (0..WIDTH).for_each(|c| target.0[c] = keep * target.0[c] + factor * row.0[c]);
+            }
+        },
+    );
+}
+
+/// Changes every row of a panel by that of another.
+fn on_rows(target: &mut [Row], functions: &[Row], change: impl Fn(&mut Row, &Row) + Sync) {
+    target.par_chunks_mut(SLICE).zip(functions.par_chunks(SLICE)).for_each(|(target, functions)| {
+        target.iter_mut().zip(functions).for_each(|(target, row)| change(target, row));
+    });
 }
 
 /// The sum of a matrix for every slice of some rows, in the order of the slices.

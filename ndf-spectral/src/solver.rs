@@ -5,11 +5,12 @@ use ndf_core::progress::Progress;
 use crate::csr::CsrMatrix;
 use crate::dense;
 use crate::error::SpectralError;
-use crate::factorisation::SymbolicCholesky;
+use crate::factorisation::{Inverse, SymbolicCholesky};
 use crate::found::Found;
 use crate::krylov::{KrylovSpace, Ritz};
 use crate::laplace_beltrami::LaplaceBeltrami;
-use crate::modes::{ModeOptions, Modes};
+use crate::modes::{Inversion, ModeOptions, Modes};
+use crate::multigrid::Multigrid;
 use crate::panel::{Panel, WIDTH};
 use crate::screened_poisson::ScreenedPoisson;
 use crate::slices::{SHARPER, SLICE};
@@ -41,6 +42,14 @@ pub(crate) struct Part<'a> {
     pub(crate) below: usize,
     /// Whether the inertia confirmed that none is missing.
     pub(crate) verified: bool,
+}
+
+/// How `L + σM` is inverted.
+struct Way<'a> {
+    inverse: &'a dyn Inverse,
+    shift: f64,
+    /// For the inertia of other shifts.
+    symbolic: Option<&'a SymbolicCholesky>,
 }
 
 /// A place in the spectrum between two eigenvalues.
@@ -99,6 +108,13 @@ impl<'a> Solver<'a> {
             }
             return Ok(found.finish(true));
         }
+        if self.factored.is_none() && self.options.inversion == Inversion::Multigrid {
+            let shift = self.options.shift_for(self.operator);
+            let inverse = Multigrid::new(self.shifted(-shift), SHARPER * self.options.tolerance)?;
+            let way = Way { inverse: &inverse, shift, symbolic: None };
+            let all = self.smallest(&way, wanted, found)?;
+            return Ok(all.found.finish(false));
+        }
         self.progress.report("factoring", 0.0);
         let own;
         let factored = match self.factored {
@@ -109,16 +125,18 @@ impl<'a> Solver<'a> {
             }
         };
         self.progress.check()?;
-        let part = self.smallest(factored, first, found)?;
+        let symbolic = factored.cholesky().symbolic();
+        let way = Way { inverse: factored.cholesky(), shift: factored.shift(), symbolic: Some(symbolic) };
+        let part = self.smallest(&way, first, found)?;
         if part.found.len() == self.options.count {
             return Ok(part.found.finish(part.verified));
         }
-        match self.slices(factored.cholesky().symbolic(), part)? {
+        match self.slices(symbolic, part)? {
             Some(modes) => Ok(modes),
             // No slice can end within a cluster of more eigenvalues than it has.
             None => {
                 let found = Found::kernel(self.operator, self.options.count);
-                let all = self.smallest(factored, wanted, found)?;
+                let all = self.smallest(&way, wanted, found)?;
                 Ok(all.found.finish(all.verified))
             }
         }
@@ -138,11 +156,11 @@ impl<'a> Solver<'a> {
     /// Adds the smallest eigenvalues that are not zero: those wanted, or, if there are to be more, those up to a gap.
     fn smallest(
         &self,
-        factored: &ScreenedPoisson<'_>,
+        way: &Way<'_>,
         wanted: usize,
         mut found: Found<'a>,
     ) -> Result<Part<'a>, SpectralError> {
-        let (inverse, shift) = (factored.cholesky(), factored.shift());
+        let Way { inverse, shift, symbolic } = *way;
         let (kernel, capacity) = (found.len(), capacity(wanted));
         let is_all = kernel + wanted == self.options.count;
         let tolerance = self.options.tolerance * if is_all { 1.0 } else { SHARPER };
@@ -170,9 +188,9 @@ impl<'a> Solver<'a> {
             let cut = if is_all { Cut::last(&values, wanted) } else { Cut::widest(&values[..wanted]) };
             // The factorisation that counts takes the place of what is not needed any more.
             let ritz = space.restart(&ritz, wanted);
-            let missing = match self.options.verify {
-                true => self.missing(inverse.symbolic(), kernel, cut)?,
-                false => None,
+            let missing = match symbolic {
+                Some(symbolic) if self.options.verify => self.missing(symbolic, kernel, cut)?,
+                _ => None,
             };
             if missing.is_none_or(|missing| missing == 0) || is_last {
                 let below = cut.map_or(wanted, |cut| cut.below);

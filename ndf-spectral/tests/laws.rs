@@ -12,7 +12,9 @@ use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::ManifoldMesh;
 use ndf_mesh::Topology;
 use ndf_mesh::{Halfedge, TriangleMesh, shapes};
-use ndf_spectral::{CsrMatrix, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError};
+use ndf_spectral::{
+    CsrMatrix, Inversion, LaplaceBeltrami, Mass, ModeOptions, Modes, OperatorOptions, SpectralError,
+};
 
 fn intrinsic(mesh: TriangleMesh) -> IntrinsicMesh {
     IntrinsicMesh::from_mesh(&ManifoldMesh::try_from(mesh).unwrap())
@@ -51,6 +53,36 @@ fn potato(levels: u32) -> TriangleMesh {
         let bump = 1.0 + 0.2 * (3.0 * p.x + 1.0).sin() + 0.15 * (4.0 * p.y).cos() + 0.1 * p.z;
         DVec3::new(1.0, 1.3, 0.8) * p * bump
     })
+}
+
+#[test]
+fn modes_without_a_factorisation_are_those_with_one() {
+    let two = {
+        let (mut positions, mut faces) = potato(4).into_parts();
+        let (others, more) = shapes::torus(70, 40, 1.0, 0.4).into_parts();
+        let first = positions.len() as u32;
+        positions.extend(others.into_iter().map(|p| p + DVec3::X * 5.0));
+        faces.extend(more.into_iter().map(|face| face.map(|v| v + first)));
+        TriangleMesh::new(positions, faces).unwrap()
+    };
+    for (mesh, held) in [(potato(5), 0), (two, 0), (shapes::grid(90, 70), 0), (potato(5), 40)] {
+        let operator = operator(mesh, Mass::Barycentric);
+        let held: Vec<bool> = (0..operator.vertex_count()).map(|v| v < held).collect();
+        let options = ModeOptions { count: 25, ..ModeOptions::default() };
+        let without = ModeOptions { inversion: Inversion::Multigrid, ..options };
+        let expected = operator.modes_holding(&held, &options, &NoProgress).unwrap();
+        let found = operator.modes_holding(&held, &without, &NoProgress).unwrap();
+        assert!(!found.verified && found.max_residual() <= 1e-8, "residual {:e}", found.max_residual());
+        for (found, expected) in found.eigenvalues.iter().zip(&expected.eigenvalues) {
+            assert!((found - expected).abs() <= 1e-10 * expected, "{found} {expected}");
+        }
+        // Of the first ones, as multiple eigenvalues may end the others.
+        for i in 0..15 {
+            let products = expected.coefficients(&operator, found.mode(i));
+            let within: f64 = products.iter().map(|x| x * x).sum();
+            assert!((within - 1.0).abs() < 1e-12, "{within}");
+        }
+    }
 }
 
 #[test]

@@ -97,15 +97,28 @@ pub(crate) fn spectra(meshes: &Meshes, timing: &Timing) -> Result<(), String> {
 }
 
 /// The table of spectra of many modes.
-pub(crate) fn many_modes(meshes: &Meshes, timing: &Timing, count: usize) -> Result<(), String> {
-    let of_one = |mesh: &str, count: usize| {
-        let arguments = [timing.arguments(), vec!["--modes".to_owned(), count.to_string()]].concat();
+pub(crate) fn many_modes(
+    meshes: &Meshes,
+    timing: &Timing,
+    count: usize,
+    multigrid: bool,
+) -> Result<(), String> {
+    let of_one = |mesh: &str, count: usize, multigrid: bool| {
+        let mut arguments = [timing.arguments(), vec!["--modes".to_owned(), count.to_string()]].concat();
+        arguments.extend(multigrid.then(|| "--multigrid".to_owned()));
         measured("spectra", meshes, mesh, &arguments, Threads::One)
     };
     let rows: Vec<Value> = if meshes.meshes.is_empty() {
-        spectra::MANY.iter().map(|&(mesh, count)| of_one(mesh, count)).collect::<Result<_, _>>()?
+        spectra::MANY
+            .iter()
+            .map(|&(mesh, count, multigrid)| of_one(mesh, count, multigrid))
+            .collect::<Result<_, _>>()?
     } else {
-        meshes.meshes.iter().map(|mesh| of_one(&mesh.to_string(), count)).collect::<Result<_, _>>()?
+        meshes
+            .meshes
+            .iter()
+            .map(|mesh| of_one(&mesh.to_string(), count, multigrid))
+            .collect::<Result<_, _>>()?
     };
     publish("cargo xtask many-modes", meshes, &spectra::table_of_many(&rows))
 }

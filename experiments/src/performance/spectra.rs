@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use ndf_core::progress::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
-use ndf_spectral::{LaplaceBeltrami, ModeOptions, ScreenedPoisson};
+use ndf_spectral::{Inversion, LaplaceBeltrami, ModeOptions, ScreenedPoisson};
 use serde_json::{Value, json};
 
 use super::meshes::MeshName;
@@ -25,13 +25,16 @@ pub(super) const MESHES: &[&str] = &[
     "rope-10000x100",
 ];
 
-/// The meshes of the table of many modes, and how many.
-pub(super) const MANY: &[(&str, usize)] = &[
-    ("skull_100k.obj", 100),
-    ("skull_100k.obj", 300),
-    ("skull_100k.obj", 1000),
-    ("skull_100k.obj+1", 100),
-    ("skull_100k.obj+2", 100),
+/// The meshes of the table of many modes, how many, and whether without a factorisation.
+pub(super) const MANY: &[(&str, usize, bool)] = &[
+    ("skull_100k.obj", 100, false),
+    ("skull_100k.obj", 300, false),
+    ("skull_100k.obj", 1000, false),
+    ("skull_100k.obj+1", 100, false),
+    ("skull_100k.obj+2", 100, false),
+    ("skull_100k.obj+1", 20, true),
+    ("skull_100k.obj+2", 20, true),
+    ("skull_100k.obj+3", 20, true),
 ];
 
 /// Meshes of more vertices are measured once and not given to SciPy.
@@ -45,6 +48,9 @@ pub(crate) struct Arguments {
     /// How many modes
     #[arg(long, default_value_t = 20)]
     modes: usize,
+    /// Without a factorisation
+    #[arg(long)]
+    multigrid: bool,
     #[command(flatten)]
     timing: Timing,
 }
@@ -60,11 +66,16 @@ struct Seconds {
 pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     let mesh = IntrinsicMesh::from_mesh(&arguments.mesh.build(&arguments.data)?);
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", arguments.mesh);
-    let options = ModeOptions { count: arguments.modes, ..ModeOptions::default() };
+    let inversion = if arguments.multigrid { Inversion::Multigrid } else { Inversion::Factorisation };
+    let options = ModeOptions { count: arguments.modes, inversion, ..ModeOptions::default() };
     let operator = || LaplaceBeltrami::new(&mesh, options.operator).map_err(|e| say(&e));
     let run = || {
         let (assembly, operator) = timed(operator);
         let operator = operator?;
+        if arguments.multigrid {
+            let (iteration, modes) = timed(|| operator.modes(&options, &NoProgress));
+            return Ok((Seconds { assembly, factorisation: 0.0, iteration }, modes.map_err(|e| say(&e))?, 0));
+        }
         let shift = options.shift_for(&operator);
         let (factorisation, factored) = timed(|| ScreenedPoisson::new(&operator, shift));
         let factored = factored.map_err(|e| say(&e))?;
@@ -83,6 +94,7 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         "vertices": mesh.vertex_count(),
         "faces": mesh.face_count(),
         "modes": options.count,
+        "inversion": if arguments.multigrid { "multigrid" } else { "factorisation" },
         "factor_entries": fill,
         "residual_max": modes.max_residual(),
         "verified": modes.verified,
@@ -90,7 +102,11 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
         "megabytes_peak": peak.map(|(_, peak)| peak),
     });
 
-    let rivals = arguments.timing.python.as_ref().filter(|_| mesh.vertex_count() <= RIVAL_VERTICES);
+    let rivals = arguments
+        .timing
+        .python
+        .as_ref()
+        .filter(|_| mesh.vertex_count() <= RIVAL_VERTICES && !arguments.multigrid);
     let scratch = Scratch::new()?;
     let mut peer = None;
     if let Some(python) = rivals {
@@ -169,6 +185,7 @@ pub(super) fn table_of_many(rows: &[Value]) -> String {
             ("mesh", &text("mesh")),
             ("vertices", &number("vertices", 0)),
             ("modes", &number("modes", 0)),
+            ("by", &text("inversion")),
             ("factor, seconds", &number("seconds_factorisation", 3)),
             ("modes, seconds", &number("seconds_iteration", 3)),
             ("in all, seconds", &number("seconds", 3)),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use ndf::Triangles;
 use ndf_mesh::io::format_to_write;
-use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
+use ndf_spectral::{Inversion, ModeOptions, OperatorOptions, SpectralError};
 use serde_json::json;
 
 use crate::arguments::{Boundary, TriangulationArguments, length};
@@ -32,6 +32,10 @@ pub struct Arguments {
     /// Use the triangles as they are, without flips to the intrinsic Delaunay triangulation.
     #[arg(long)]
     no_flips: bool,
+    /// Invert the operator by multigrid instead of a factorisation: slower, in a fraction of the memory, and without the proof that
+    /// no mode is missing.
+    #[arg(long)]
+    multigrid: bool,
     /// What functions are at a boundary.
     #[arg(long, value_enum, default_value_t)]
     boundary: Boundary,
@@ -56,7 +60,8 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     let started = Instant::now();
     let operator = OperatorOptions { delaunay: !arguments.no_flips, ..OperatorOptions::default() };
     let (count, shift) = (arguments.modes as usize, arguments.shift);
-    let options = ModeOptions { count, shift, operator, ..ModeOptions::default() };
+    let inversion = if arguments.multigrid { Inversion::Multigrid } else { Inversion::Factorisation };
+    let options = ModeOptions { count, shift, inversion, operator, ..ModeOptions::default() };
     let found = match arguments.boundary {
         Boundary::Neumann => triangulated.modes(&options, &context.progress()),
         Boundary::Dirichlet => triangulated.modes_with_held_boundary(&options, &context.progress()),
@@ -66,6 +71,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
         match error {
             SpectralError::TooManyModes { vertices, .. } => {
                 failure.try_instead(&format!("ask for at most {vertices}, or subdivide the mesh"))
+            }
+            SpectralError::OutOfMemory(_) => {
+                failure.try_instead("--multigrid needs a fraction of the memory")
             }
             _ => failure,
         }
@@ -92,7 +100,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
     ];
     found_on.tell_metric(|factors| factors.operators, &mut json, &mut rows);
     found_on.tell(&arguments.triangulation, &mut json, &mut rows);
-    if !found.verified {
+    if !found.verified && !arguments.multigrid {
         context.warn(&format!(
             "{name}: the eigenvalues were not proven to be complete, since they lie too close together to be counted; a few \
              more with --modes may settle it"

@@ -80,4 +80,8 @@ fn boundaries_are_held_where_that_is_asked() {
     let ([zero, one], [two, five]) = (first("neumann"), first("dirichlet"));
     assert!(zero.abs() < 1e-9 && (one - 1.0).abs() < 0.01, "{zero} {one}");
     assert!((two - 2.0).abs() < 0.02 && (five - 5.0).abs() < 0.1, "{two} {five}");
+    let arguments = ["spectrum", "square.obj", "-o", "m.ply", "--modes", "2", "--multigrid", "--json"];
+    let told = ndf(&folder.0, &arguments).json();
+    let again = told["eigenvalues"][1].as_f64().unwrap() / std::f64::consts::PI.powi(2);
+    assert!((again / one - 1.0).abs() < 1e-9 && told["verified"] == false, "{again} {one}");
 }

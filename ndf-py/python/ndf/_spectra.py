@@ -77,12 +77,14 @@ def spectrum(
     mass: Literal["lumped", "voronoi", "consistent"] = "lumped",
     delaunay: bool = True,
     boundary: Literal["neumann", "dirichlet"] = "neumann",
+    multigrid: bool = False,
     progress: Progress = False,
 ) -> tuple[Floats, Floats]:
     """The ``k`` smallest eigenvalues ``(k,)`` of L φ = λ M φ, in inverse squared units of length, and modes ``(n, k)``.
 
     Modes are orthonormal in M; the sign of each is arbitrary. They are nan at vertices that no face uses. With ``boundary="dirichlet"``
-    they are zero on boundaries.
+    they are zero on boundaries. With ``multigrid`` there is no factorisation, whose memory huge meshes may not have: that is slower, and
+    no check that no mode is missing.
 
     Raises
     ------
@@ -90,12 +92,12 @@ def spectrum(
         If there are fewer vertices than modes, or they do not converge.
 
     Source: shift-invert block Lanczos with thick restart (Wu and Simon 2000), of many modes slice by slice (Grimes, Lewis and Simon
-    1994); none is missing, which is checked.
+    1994); none is missing, which is checked. Multigrid by smoothed aggregation (Vaněk, Mandel and Brezina 1996).
     """
     operator = _operator(mass, delaunay)
     is_held = choice(boundary, "boundary", "neumann", "dirichlet") == "dirichlet"
     with observer(progress) as observing:
-        found = _native.spectrum(*mesh(vertices, faces), _modes(k), operator, is_held, observing)
+        found = _native.spectrum(*mesh(vertices, faces), _modes(k), operator, (is_held, multigrid), observing)
     (values, rows), notes = found
     warn(notes)
     return values, rows.T
