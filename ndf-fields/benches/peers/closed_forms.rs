@@ -1,5 +1,4 @@
-//! Fields beside closed forms, and beside potpourri3d's with a Python that has it:
-//! `cargo bench -p ndf-fields --bench peers -- [--python PYTHON]`.
+//! Fields beside closed forms, and beside potpourri3d's.
 //!
 //! Two meshes are made here: a sphere, whose closed forms are known, and a torus, of whose logarithms the exact ones stand for the
 //! truth. Every row has the mean error of this crate, the mean error of potpourri3d, and the mean difference of both: of unit vectors
@@ -7,28 +6,24 @@
 //! that, close to the cut locus, does not count in transport and logarithms. `traces` is how far potpourri3d's straightest geodesics end from
 //! the vertices to which our exact logarithms lead.
 
-#![allow(clippy::print_stdout)]
-
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use ndf_core::{DVec3, NoProgress};
 use ndf_fields::{Complex64, Frames, SignedHeatOptions, VectorHeatSolver, exact_log_map, signed_distances};
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::{ManifoldMesh, SurfacePoint, TriangleMesh, Vertex, shapes};
 
+use crate::exchange::Exchange;
+
 /// Logarithms and transport count up to this part of the largest distance.
 const NEAR: f64 = 0.7;
 
-fn main() {
-    let arguments: Vec<String> = std::env::args().collect();
-    let python = arguments.iter().position(|a| a == "--python").and_then(|k| arguments.get(k + 1));
-    let python = python.map(PathBuf::from);
+pub(crate) fn print(python: Option<&Path>) {
     let sphere = shapes::icosphere(5);
     let axis = sphere.positions()[0];
     let equator = ring(&sphere, |p| p.dot(axis).abs() < 1e-9, axis);
     let at = |p: DVec3| p.dot(axis).clamp(-1.0, 1.0).asin();
-    compare("sphere", sphere, &[equator], &at, true, python.as_deref());
+    compare("sphere", sphere, &[equator], &at, true, python);
     let (outer, tube) = (1.0, 0.4);
     let torus = shapes::torus(120, 60, outer, tube);
     // The parallels farthest from the axis and closest to it bound the upper half.
@@ -39,7 +34,7 @@ fn main() {
         let angle = p.z.atan2(p.x.hypot(p.y) - outer);
         tube * angle.signum() * angle.abs().min(std::f64::consts::PI - angle.abs())
     };
-    compare("torus", torus, &[far, near], &at, false, python.as_deref());
+    compare("torus", torus, &[far, near], &at, false, python);
 }
 
 /// The vertices of a level set, around an axis so that the side of the axis is on the right, back to the first.
@@ -110,7 +105,7 @@ fn compare(
     let largest = signed_truth.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
 
     let theirs = python.map(|python| {
-        let exchange = Exchange::new();
+        let exchange = Exchange::new(name);
         let flat = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<f64>>();
         exchange.write("positions", &flat(mesh.positions()));
         exchange.write_numbers("faces", &mesh.faces().concat());
@@ -122,7 +117,7 @@ fn compare(
         exchange
             .write_numbers("curves", &curves.iter().flat_map::<Vec<u32>, _>(counted).collect::<Vec<u32>>());
         exchange.write("ends", &flat(&exact));
-        let version = exchange.run(python);
+        let version = exchange.run_python(python, "potpourri.py");
         (exchange, version)
     });
     let version = theirs.as_ref().map_or("not run", |(_, version)| version);
@@ -182,48 +177,4 @@ fn along_great_circle(from: DVec3, to: DVec3, vector: DVec3) -> DVec3 {
     let axis = from.cross(to);
     let Some(unit) = axis.try_normalize() else { return vector };
     ndf_core::glam::DQuat::from_axis_angle(unit, axis.length().atan2(from.dot(to))) * vector
-}
-
-/// A folder through which the script beside this file gets its input and gives its values.
-struct Exchange(PathBuf);
-
-impl Exchange {
-    fn new() -> Self {
-        let folder = std::env::temp_dir().join(format!("ndf-fields-peers-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("the temporary folder can be written to");
-        Self(folder)
-    }
-
-    fn write(&self, name: &str, numbers: &[f64]) {
-        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-        std::fs::write(self.0.join(name), bytes).expect("the temporary folder can be written to");
-    }
-
-    fn write_numbers(&self, name: &str, numbers: &[u32]) {
-        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-        std::fs::write(self.0.join(name), bytes).expect("the temporary folder can be written to");
-    }
-
-    /// The version that answers.
-    fn run(&self, python: &Path) -> String {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/potpourri.py");
-        let output = Command::new(python).arg(script).arg(&self.0).output().expect("Python can be started");
-        assert!(output.status.success(), "the script failed: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8_lossy(&output.stdout).trim().to_owned()
-    }
-
-    fn read(&self, name: &str) -> Vec<f64> {
-        let bytes = std::fs::read(self.0.join(name)).expect("the script leaves its values");
-        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect()
-    }
-
-    fn vectors(&self, name: &str) -> Vec<DVec3> {
-        self.read(name).chunks_exact(3).map(DVec3::from_slice).collect()
-    }
-}
-
-impl Drop for Exchange {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }
