@@ -20,33 +20,80 @@ const MOST_ROUNDS: usize = 500;
 /// A Hermitian operator on one complex number a vertex, in real form: the rows 2v and 2v + 1 stand for the real and the imaginary part
 /// of vertex v.
 pub(crate) struct Builder {
+    /// Of both parts.
     diagonal: Vec<f64>,
-    couplings: Vec<(u32, u32, f64)>,
+    couplings: Vec<(u32, u32, Block)>,
 }
+
+/// What the two parts of a column add to those of a row.
+type Block = [[f64; 2]; 2];
 
 impl Builder {
     pub(crate) fn new(vertices: usize) -> Self {
-        Self { diagonal: vec![0.0; 2 * vertices], couplings: Vec::new() }
+        Self { diagonal: vec![0.0; vertices], couplings: Vec::new() }
     }
 
     /// Adds `weight · |x_j − rotation · x_i|²` to the quadratic form; with `conjugate`, of the conjugate of x_j.
     pub(crate) fn couple(&mut self, [i, j]: [usize; 2], weight: f64, rotation: Complex64, conjugate: bool) {
-        let Complex64 { re, im } = rotation;
-        let (i, j) = (2 * i as u32, 2 * j as u32);
-        for row in [i, i + 1, j, j + 1] {
-            self.diagonal[row as usize] += weight;
-        }
+        self.diagonal[i] += weight;
+        self.diagonal[j] += weight;
+        let Complex64 { re, im } = weight * rotation;
         let sign = if conjugate { -1.0 } else { 1.0 };
-        self.couplings.extend([
-            (j, i, -weight * re),
-            (j, i + 1, weight * im),
-            (j + 1, i, -sign * weight * im),
-            (j + 1, i + 1, -sign * weight * re),
-        ]);
+        self.couplings.push((j as u32, i as u32, [[-re, im], [-sign * im, -sign * re]]));
     }
 
+    /// The matrix, of whole blocks. O(couplings).
     pub(crate) fn build(self) -> CsrMatrix {
-        CsrMatrix::symmetric(&self.diagonal, self.couplings.into_iter())
+        let n = self.diagonal.len();
+        // The diagonal has a block in every row.
+        let mut starts: Vec<usize> = (0..=n).map(|row| usize::from(row > 0)).collect();
+        for &(i, j, _) in &self.couplings {
+            starts[i as usize + 1] += 1;
+            starts[j as usize + 1] += 1;
+        }
+        for row in 0..n {
+            starts[row + 1] += starts[row];
+        }
+        let mut next = starts.clone();
+        let mut blocks = vec![(0, Block::default()); starts[n]];
+        let mut put = |row: u32, column: u32, block: Block| {
+            let slot = &mut next[row as usize];
+            blocks[*slot] = (column, block);
+            *slot += 1;
+        };
+        for (row, &weight) in self.diagonal.iter().enumerate() {
+            put(row as u32, row as u32, [[weight, 0.0], [0.0, weight]]);
+        }
+        for (i, j, block) in self.couplings {
+            put(i, j, block);
+            put(j, i, [0, 1].map(|r| [0, 1].map(|c| block[c][r])));
+        }
+        let (mut offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        let mut merged: Vec<(u32, Block)> = Vec::new();
+        for ends in starts.windows(2) {
+            let row = &mut blocks[ends[0]..ends[1]];
+            row.sort_by_key(|(column, _)| *column);
+            merged.clear();
+            for &(column, block) in &*row {
+                match merged.last_mut() {
+                    Some((last, sum)) if *last == column => {
+                        sum.as_flattened_mut()
+                            .iter_mut()
+                            .zip(block.as_flattened())
+                            .for_each(|(s, x)| *s += x);
+                    }
+                    _ => merged.push((column, block)),
+                }
+            }
+            for part in 0..2 {
+                for &(column, block) in &merged {
+                    columns.extend([2 * column as usize, 2 * column as usize + 1]);
+                    values.extend(block[part]);
+                }
+                offsets.push(columns.len());
+            }
+        }
+        CsrMatrix::new(2 * n, offsets, columns, values).expect("columns ascend within every row")
     }
 }
 
@@ -124,7 +171,7 @@ pub(crate) fn smallest_eigenvector(
     let typical = 4.0 * std::f64::consts::PI / areas.iter().sum::<f64>();
     progress.report("factoring", 0.0);
     let shifted = plus_mass(laplacian, 1e-6 * typical, areas);
-    let inverse = SymbolicCholesky::new(&shifted)?.cholesky(&shifted)?;
+    let inverse = SymbolicCholesky::of_pairs(&shifted)?.cholesky(&shifted)?;
     progress.check()?;
     let rows = laplacian.row_count();
     let columns = BLOCK.min(rows / 2).max(1);

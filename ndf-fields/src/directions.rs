@@ -79,7 +79,7 @@ impl DirectionField {
         let shifted = plus_mass(&laplacian, 1e-6 * typical, &areas);
         let massed: Vec<Complex64> = powers.iter().zip(&areas).map(|(z, area)| z * (area / norm)).collect();
         let mut solution = interleaved(&massed);
-        SymbolicCholesky::new(&shifted)?.cholesky(&shifted)?.solve(&mut [&mut solution]);
+        SymbolicCholesky::of_pairs(&shifted)?.cholesky(&shifted)?.solve(&mut [&mut solution]);
         progress.check()?;
         let energy: f64 = laplacian.multiply(&solution).iter().zip(&solution).map(|(l, x)| l * x).sum();
         let found = complex(&solution);

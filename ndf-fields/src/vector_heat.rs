@@ -9,13 +9,15 @@ use num_complex::Complex64;
 use crate::bundle::TangentBundle;
 use crate::connection::{areas, complex, connection_laplacian, interleaved, plus_mass};
 use crate::error::FieldError;
-use crate::faces::{direction_in_face, unit, weak_divergence};
+use crate::faces::{Layout, unit, weak_divergence};
 use crate::reach::out_of_reach;
 
 /// The factorised operators of a surface; they serve any number of sources.
 #[derive(Clone, Debug)]
 pub struct VectorHeatSolver {
     bundle: TangentBundle,
+    /// For every half-edge the rotation that takes vectors at its tail into the layout of its face.
+    into_faces: Vec<Complex64>,
     /// Of `M + t L`, scaled by 1/t.
     scalar: Cholesky,
     /// The same for vectors.
@@ -64,9 +66,10 @@ impl VectorHeatSolver {
         let poisson = symbolic.cholesky(&operator.grounded())?;
         let scalar = symbolic.cholesky(&heat)?;
         let heat = plus_mass(&connection_laplacian(&bundle, 1), step.recip(), &areas);
-        let vector = SymbolicCholesky::new(&heat)?.cholesky(&heat)?;
+        let vector = SymbolicCholesky::of_pairs(&heat)?.cholesky(&heat)?;
         let components = operator.components().clone();
-        Ok(Self { bundle, scalar, vector, poisson, components })
+        let into_faces = into_faces(&bundle);
+        Ok(Self { bundle, into_faces, scalar, vector, poisson, components })
     }
 
     /// The tangent planes in which vectors are given.
@@ -93,18 +96,28 @@ impl VectorHeatSolver {
     }
 
     /// The vector of the nearest source at every vertex, carried there parallel along a shortest path, and smoothed where several
-    /// are near. Zero on components without a source. Three solves.
+    /// are near. Zero on components without a source. One solve for one source, three for several.
     ///
     /// # Errors
     /// If there is no source, or one is no vertex of the mesh.
     pub fn transport(&self, sources: &[(Vertex, Complex64)]) -> Result<Diffused<Complex64>, FieldError> {
-        let lengths: Vec<(Vertex, f64)> = sources.iter().map(|&(v, vector)| (v, vector.norm())).collect();
-        let Diffused { values: lengths, out_of_reach } = self.extend(&lengths)?;
+        self.check(sources.iter().map(|source| source.0))?;
         let mut vectors = vec![Complex64::default(); self.bundle.mesh().vertex_count()];
         for &(v, vector) in sources {
             vectors[v.index()] += vector;
         }
-        let directions = self.diffused(&vectors);
+        let [directions] = self.diffused([&vectors]);
+        // A single vector has the same length everywhere.
+        if let [(_, vector)] = sources
+            && *vector != Complex64::ZERO
+        {
+            let length = vector.norm();
+            let out_of_reach = self.out_of_reach(&directions);
+            let values = directions.iter().map(|z| unit(*z) * length).collect();
+            return Ok(Diffused { values, out_of_reach });
+        }
+        let lengths: Vec<(Vertex, f64)> = sources.iter().map(|&(v, vector)| (v, vector.norm())).collect();
+        let Diffused { values: lengths, out_of_reach } = self.extend(&lengths)?;
         let values = directions.iter().zip(lengths).map(|(z, length)| unit(*z) * length).collect();
         Ok(Diffused { values, out_of_reach })
     }
@@ -122,9 +135,8 @@ impl VectorHeatSolver {
         let mesh = bundle.mesh();
         let mut horizontal = vec![Complex64::default(); mesh.vertex_count()];
         horizontal[source.index()] = Complex64::new(1.0, 0.0);
-        let (outward, horizontal) = (self.diffused(&self.outward(source)), self.diffused(&horizontal));
-        let heat: Vec<f64> = horizontal.iter().map(|z| z.re.abs().max(z.im.abs())).collect();
-        let out_of_reach = out_of_reach(&heat, &self.components);
+        let [outward, horizontal] = self.diffused([&self.outward(source), &horizontal]);
+        let out_of_reach = self.out_of_reach(&horizontal);
         let radial: Vec<Complex64> = outward.iter().map(|z| unit(*z)).collect();
         let mut distances = self.divergence(&radial, source);
         self.poisson.solve(&mut [&mut distances]);
@@ -151,10 +163,17 @@ impl VectorHeatSolver {
         }
     }
 
-    fn diffused(&self, vectors: &[Complex64]) -> Vec<Complex64> {
-        let mut solution = interleaved(vectors);
-        self.vector.solve(&mut [&mut solution]);
-        complex(&solution)
+    /// Several fields at once, for one pass through the factor.
+    fn diffused<const N: usize>(&self, fields: [&[Complex64]; N]) -> [Vec<Complex64>; N] {
+        let mut solutions = fields.map(interleaved);
+        self.vector.solve(&mut solutions.each_mut().map(Vec::as_mut_slice));
+        solutions.map(|solution| complex(&solution))
+    }
+
+    /// How many vertices diffused vectors do not reach.
+    fn out_of_reach(&self, vectors: &[Complex64]) -> usize {
+        let heat: Vec<f64> = vectors.iter().map(|z| z.re.abs().max(z.im.abs())).collect();
+        out_of_reach(&heat, &self.components)
     }
 
     /// The unit vectors away from a vertex on a small circle around it, tested with hat functions and divided by the radius: what diffuses
@@ -186,18 +205,25 @@ impl VectorHeatSolver {
     /// The weak divergence of a field, for a Poisson problem whose solution has it as its gradient: in every face the mean of the vectors
     /// at its corners, of unit length. In faces at the source, which has no direction away from itself, that of the other two.
     fn divergence(&self, field: &[Complex64], source: Vertex) -> Vec<f64> {
-        let bundle = &self.bundle;
-        let mesh = bundle.mesh();
+        let mesh = self.bundle.mesh();
         let mean = |face: Face| {
             let corners = face.halfedges().map(|h| (h, mesh.tail(h)));
             let away = corners.iter().filter(|(_, v)| *v != source);
-            let turned = |&(h, v): &(Halfedge, Vertex)| {
-                bundle.in_face(h, field[v.index()]) * Complex64::cis(direction_in_face(mesh, h))
-            };
+            let turned = |&(h, v): &(Halfedge, Vertex)| self.into_faces[h.index()] * field[v.index()];
             unit(away.map(turned).sum())
         };
         weak_divergence(mesh, &mesh.faces().map(mean).collect::<Vec<_>>())
     }
+}
+
+/// For every half-edge the rotation that takes vectors at its tail into the [layout](Layout) of its face.
+fn into_faces(bundle: &TangentBundle) -> Vec<Complex64> {
+    let mesh = bundle.mesh();
+    let of_face = |face: Face| {
+        let sides = Layout::of(mesh, face).sides();
+        [0, 1, 2].map(|c| bundle.in_face(face.halfedge(c), unit(sides[c])))
+    };
+    mesh.faces().flat_map(of_face).collect()
 }
 
 /// `∫ sin(angle − θ) e^{iθ} dθ` between two angles.

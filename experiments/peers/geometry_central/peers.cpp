@@ -184,18 +184,26 @@ void fields() {
   leave("stripe-branches", numbers(branches));
   leave("stripe-singular", numbers(singular));
 
-  // Curvature needs the mesh in space.
+  // Curvature needs the mesh in space. Its load is the right-hand side that computeCurvatureAlignedVertexDirectionField makes of it.
   Triangulation given = Triangulation::given();
-  given.embedded->requireVertexPrincipalCurvatureDirections();
-  given.leavePowers("principal", 2, [&](Vertex v) { return given.embedded->vertexPrincipalCurvatureDirections[v]; });
+  VertexPositionGeometry& embedded = *given.embedded;
+  embedded.requireVertexPrincipalCurvatureDirections();
+  embedded.requireVertexGalerkinMassMatrix();
+  given.leavePowers("principal", 2, [&](Vertex v) { return embedded.vertexPrincipalCurvatureDirections[v]; });
   for (int n : {2, 4}) {
-    VertexData<Vector2> field = computeCurvatureAlignedVertexDirectionField(*given.embedded, n);
-    given.leavePowers("curvature-" + std::to_string(n), n, [&](Vertex v) { return field[v]; });
-    leave("curvature-indices-" + std::to_string(n), numbers(computeFaceIndex(*given.geometry, field, n)));
+    std::string end = "-" + std::to_string(n);
+    VertexData<Vector2> field = computeCurvatureAlignedVertexDirectionField(embedded, n);
+    given.leavePowers("curvature" + end, n, [&](Vertex v) { return field[v]; });
+    leave("curvature-indices" + end, numbers(computeFaceIndex(embedded, field, n)));
+    Vector<Complex> powers(given.mesh->nVertices());
+    for (Vertex v : given.mesh->vertices()) {
+      powers[v.getIndex()] = Complex(embedded.vertexPrincipalCurvatureDirections[v].pow(n / 2));
+    }
+    Vector<Complex> load = embedded.vertexGalerkinMassMatrix.cast<Complex>() * powers;
+    given.leavePowers("curvature-load" + end, n, [&](Vertex v) { return load[v.getIndex()]; });
   }
 }
 
-// Processor time.
 template <typename F> double seconds(F work) {
   std::clock_t start = std::clock();
   work();

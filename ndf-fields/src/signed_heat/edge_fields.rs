@@ -54,7 +54,7 @@ impl EdgeDiffusion {
             }
         }
         let matrix = plus_mass(&builder.build(), time.recip(), &areas);
-        Ok(Self(SymbolicCholesky::new(&matrix)?.cholesky(&matrix)?))
+        Ok(Self(SymbolicCholesky::of_pairs(&matrix)?.cholesky(&matrix)?))
     }
 
     /// A field that has diffused.
