@@ -320,9 +320,7 @@ impl Cholesky {
             }
         }
     }
-}
 
-impl Cholesky {
     /// Solves for a panel of right-hand sides in the order of the factor.
     pub(crate) fn solve_panel(&self, panel: &mut Panel) {
         triangular::solve(self.symbolic.supernodes(), &self.values, &[], panel);
