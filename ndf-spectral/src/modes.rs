@@ -14,8 +14,8 @@ pub enum Inversion {
     /// By a Cholesky factorisation: fast; some 70 numbers a vertex for a million vertices, and more for more.
     #[default]
     Factorisation,
-    /// By conjugate gradients with algebraic multigrid: several times slower, in memory proportional to the mesh. All modes
-    /// are found in one space, and the inertia, which a factorisation tells, is not checked.
+    /// By conjugate gradients with algebraic multigrid: some ten times slower, in memory proportional to the mesh, two thirds of
+    /// the other at a million vertices. All modes are found in one space, and the inertia, which a factorisation tells, is not checked.
     Multigrid,
 }
 

@@ -34,7 +34,6 @@ pub(super) const MANY: &[(&str, usize, bool)] = &[
     ("skull_100k.obj+2", 100, false),
     ("skull_100k.obj+1", 20, true),
     ("skull_100k.obj+2", 20, true),
-    ("skull_100k.obj+3", 20, true),
 ];
 
 /// Meshes of more vertices are measured once and not given to SciPy.

@@ -32,8 +32,8 @@ pub struct Arguments {
     /// Use the triangles as they are, without flips to the intrinsic Delaunay triangulation.
     #[arg(long)]
     no_flips: bool,
-    /// Invert the operator by multigrid instead of a factorisation: slower, in a fraction of the memory, and without the proof that
-    /// no mode is missing.
+    /// Invert the operator by multigrid instead of a factorisation: some ten times slower, in less memory, and without the proof
+    /// that no mode is missing.
     #[arg(long)]
     multigrid: bool,
     /// What functions are at a boundary.
@@ -72,9 +72,7 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             SpectralError::TooManyModes { vertices, .. } => {
                 failure.try_instead(&format!("ask for at most {vertices}, or subdivide the mesh"))
             }
-            SpectralError::OutOfMemory(_) => {
-                failure.try_instead("--multigrid needs a fraction of the memory")
-            }
+            SpectralError::OutOfMemory(_) => failure.try_instead("--multigrid needs less memory"),
             _ => failure,
         }
     })?;

@@ -83,8 +83,8 @@ def spectrum(
     """The ``k`` smallest eigenvalues ``(k,)`` of L φ = λ M φ, in inverse squared units of length, and modes ``(n, k)``.
 
     Modes are orthonormal in M; the sign of each is arbitrary. They are nan at vertices that no face uses. With ``boundary="dirichlet"``
-    they are zero on boundaries. With ``multigrid`` there is no factorisation, whose memory huge meshes may not have: that is slower, and
-    no check that no mode is missing.
+    they are zero on boundaries. With ``multigrid`` there is no factorisation, whose memory huge meshes may not have: that is some ten times slower,
+    and there is no check that no mode is missing.
 
     Raises
     ------
