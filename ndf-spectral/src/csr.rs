@@ -162,6 +162,37 @@ impl CsrMatrix {
         (0..self.row_count()).map(product).collect()
     }
 
+    /// The product with another matrix, row by row (Gustavson 1978). O(multiplications), and the logarithm of a row's entries.
+    ///
+    /// # Panics
+    /// If the other matrix has not as many rows as this one has columns.
+    pub fn times(&self, other: &Self) -> Self {
+        assert_eq!(self.column_count, other.row_count());
+        let (mut offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        let mut sums = vec![0.0; other.column_count];
+        // The row of the product in which a column was last met.
+        let mut met = vec![usize::MAX; other.column_count];
+        for row in 0..self.row_count() {
+            let start = columns.len();
+            let (factors, weights) = self.row(row);
+            for (&factor, &weight) in factors.iter().zip(weights) {
+                let (others, entries) = other.row(factor);
+                for (&column, &entry) in others.iter().zip(entries) {
+                    if met[column] != row {
+                        met[column] = row;
+                        sums[column] = 0.0;
+                        columns.push(column);
+                    }
+                    sums[column] += weight * entry;
+                }
+            }
+            columns[start..].sort_unstable();
+            values.extend(columns[start..].iter().map(|&column: &usize| sums[column]));
+            offsets.push(columns.len());
+        }
+        Self { column_count: other.column_count, offsets, columns, values }
+    }
+
     /// The transposed matrix. O(entries).
     pub fn transposed(&self) -> Self {
         let mut offsets = vec![0; self.column_count + 1];
@@ -308,6 +339,21 @@ mod tests {
         assert_eq!(matrix.plus(-2.0, &last).values(), [1.0, 0.0, 3.0, 2.0, 6.0]);
         let entries: Vec<_> = last.entries().collect();
         assert_eq!(entries, [(0, 1, 1.0), (2, 2, 1.0)]);
+    }
+
+    #[test]
+    fn products_of_matrices_are_those_of_their_vectors() {
+        let matrix = matrix();
+        let transposed = matrix.transposed();
+        assert_eq!((transposed.row_count(), transposed.column_count()), (3, 4));
+        assert_eq!(transposed.get(0, 3), Some(5.0));
+        assert_eq!(transposed.transposed(), matrix);
+        let square = transposed.times(&matrix);
+        for i in 0..3 {
+            let unit: Vec<f64> = (0..3).map(|j| f64::from(u8::from(i == j))).collect();
+            assert_eq!(square.multiply(&unit), transposed.multiply(&matrix.multiply(&unit)));
+            assert!(square.row(i).0.is_sorted());
+        }
     }
 
     #[test]

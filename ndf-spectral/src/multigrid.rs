@@ -5,10 +5,6 @@
 //! Hu and Tuminaro 2003), preconditions conjugate gradients. Four right-hand sides go together, so that a matrix is read once for
 //! all; everything but the coarsest level runs on all threads, in an order that does not depend on their number.
 
-use faer::Par;
-use faer::sparse::linalg::matmul::sparse_sparse_matmul;
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-
 use crate::csr::CsrMatrix;
 use crate::error::SpectralError;
 use crate::factorisation::{Cholesky, Inverse, SymbolicCholesky};
@@ -67,7 +63,7 @@ impl Multigrid {
                 break;
             }
             let level = Level::new(matrix, &aggregates, count);
-            matrix = level.coarse()?;
+            matrix = level.coarse();
             levels.push(level);
             strong *= 0.5;
         }
@@ -156,26 +152,8 @@ impl Level {
     }
 
     /// The matrix of the next coarser level: that of the same energy on what the aggregates span.
-    fn coarse(&self) -> Result<CsrMatrix, SpectralError> {
-        // Columns of a symmetric matrix are its rows, and those of a transposed one are the other's rows.
-        let (matrix, prolongation, restriction) =
-            (transposed(&self.matrix), transposed(&self.restriction), transposed(&self.prolongation));
-        let out_of_memory = |_| SpectralError::OutOfMemory(self.matrix.row_count());
-        let image = sparse_sparse_matmul(matrix, prolongation, 1.0, Par::Seq).map_err(out_of_memory)?;
-        let product =
-            sparse_sparse_matmul(restriction, image.as_ref(), 1.0, Par::Seq).map_err(out_of_memory)?;
-        let count = product.ncols();
-        let mut offsets = vec![0];
-        let (mut columns, mut values) = (Vec::new(), Vec::new());
-        for column in 0..count {
-            let mut entries: Vec<(usize, f64)> =
-                product.row_idx_of_col(column).zip(product.val_of_col(column).iter().copied()).collect();
-            entries.sort_unstable_by_key(|(row, _)| *row);
-            columns.extend(entries.iter().map(|(row, _)| *row));
-            values.extend(entries.iter().map(|(_, value)| *value));
-            offsets.push(columns.len());
-        }
-        Ok(CsrMatrix::new(count, offsets, columns, values).expect("rows were sorted"))
+    fn coarse(&self) -> CsrMatrix {
+        self.restriction.times(&self.matrix.times(&self.prolongation))
     }
 
     /// Adds to a solution a polynomial of the scaled matrix applied to the residual, which is kept up to date if asked for.
@@ -199,14 +177,6 @@ impl Level {
             rho = next;
         }
     }
-}
-
-/// The transposed matrix, whose columns are the rows of this one.
-fn transposed(matrix: &CsrMatrix) -> SparseColMatRef<'_, usize, f64> {
-    let (rows, columns) = (matrix.row_count(), matrix.column_count());
-    let pattern =
-        SymbolicSparseColMatRef::new_checked(columns, rows, matrix.offsets(), None, matrix.columns());
-    SparseColMatRef::new(pattern, matrix.values())
 }
 
 /// The aggregate of every row, and how many there are: neighbourhoods of strong couplings that do not touch, then rows beside
