@@ -119,7 +119,7 @@ impl Geodesics<'_> {
 /// path on the surface, and no path is shorter by more than some 1e-12 of it; 1e-10 where angles exceed the full turn
 /// by as little, or a source lies that near to a vertex. On triangles of the slenderness s lengths in double
 /// precision, hence distances, are uncertain by some 1e-16/s of an edge. Cost: O(n² log n) at worst,
-/// about O(n^1.5) on the meshes of practice; memory a few dozen bytes a face plus the windows of the front,
+/// about O(n^1.5) on the meshes of practice, on all threads of the current pool, whose number changes no digit; memory a few dozen bytes a face plus the windows of the front,
 /// see [`ExactOptions::keep_windows`].
 ///
 /// Sources: Mitchell, Mount and Papadimitriou (1987) for windows and pseudo-sources; Chen and Han (1990) and

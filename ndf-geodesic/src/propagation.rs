@@ -3,8 +3,8 @@
 //! All windows waiting at a half-edge cross its face at once ("triangle-oriented", Qin et al. 2016), trimmed
 //! against one another where they meet. Whatever the order of the crossings, the distances end up exact:
 //! every shorter way is carried on. The order decides how often a face is crossed. The nearest eighth of the front is
-//! crossed at once, on all threads (parallel windows: Ying, Xin and He 2014), which on smooth meshes makes no more than one
-//! window in a thousand superfluous; what a round does does not depend on the number of threads.
+//! crossed at once, on all threads (parallel windows: Ying, Xin and He 2014). That costs few more windows, and the results
+//! do not depend on the number of threads.
 
 use ndf_core::Progress;
 use ndf_intrinsic::IntrinsicMesh;

@@ -122,10 +122,10 @@ pub(crate) fn spectrum<'py>(
     faces: Faces<'py>,
     k: usize,
     operator: (String, bool),
-    ways: (bool, bool),
+    held_multigrid: (bool, bool),
     observer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(PyModes<'py>, Vec<String>)> {
-    let (held, multigrid) = ways;
+    let (held, multigrid) = held_multigrid;
     let surface = surface(py, &vertices, &faces)?;
     let vertices = surface.mesh().vertex_count();
     if k == 0 || k > vertices {

@@ -15,7 +15,7 @@ pub enum Inversion {
     #[default]
     Factorisation,
     /// By conjugate gradients with algebraic multigrid: some ten times slower, in memory proportional to the mesh, two thirds of
-    /// the other at a million vertices. All modes are found in one space, and the inertia, which a factorisation tells, is not checked.
+    /// the other's at 800,000 vertices. All modes are found in one space, and the inertia, which a factorisation tells, is not checked.
     Multigrid,
 }
 

@@ -85,27 +85,15 @@ impl Multigrid {
         let mut coarse = Panel::new();
         multiply(&here.restriction, &residual, &mut coarse);
         let correction = self.cycle(level + 1, &coarse);
-        let mut image = Panel::new();
-        multiply(&here.prolongation, &correction, &mut image);
-        add_scaled(&mut solution, Row([1.0; WIDTH]), &image);
-        multiply(&here.matrix, &image, &mut coarse);
-        add_scaled(&mut residual, Row([-1.0; WIDTH]), &coarse);
+        let (mut fine, mut image) = (Panel::new(), Panel::new());
+        multiply(&here.prolongation, &correction, &mut fine);
+        add_scaled(&mut solution, Row([1.0; WIDTH]), &fine);
+        multiply(&here.matrix, &fine, &mut image);
+        add_scaled(&mut residual, Row([-1.0; WIDTH]), &image);
         here.smooth(&mut solution, &mut residual, false);
         solution
     }
-}
 
-impl Inverse for Multigrid {
-    fn order(&self) -> (&[usize], &[usize]) {
-        (&self.rows, &self.rows)
-    }
-
-    fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError> {
-        self.solve(panel).map(|_| ())
-    }
-}
-
-impl Multigrid {
     /// Conjugate gradients for each right-hand side, side by side. Returns the number of iterations.
     fn solve(&self, panel: &mut Panel) -> Result<usize, SpectralError> {
         let Some(finest) = self.levels.first() else {
@@ -138,6 +126,16 @@ impl Multigrid {
         let sizes = inner_products(&residual, &residual).0.map(f64::sqrt);
         let worst = (0..WIDTH).map(|c| self.tolerance * sizes[c] / goal[c]).fold(0.0, f64::max);
         Err(SpectralError::SolveNotConverged(worst))
+    }
+}
+
+impl Inverse for Multigrid {
+    fn order(&self) -> (&[usize], &[usize]) {
+        (&self.rows, &self.rows)
+    }
+
+    fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError> {
+        self.solve(panel).map(|_| ())
     }
 }
 
@@ -264,10 +262,6 @@ fn largest_eigenvalue(matrix: &CsrMatrix, inverse_diagonal: &[f64]) -> f64 {
         scale_rows(&mut functions, 0.0, 1.0, inverse_diagonal, &image);
         let grown = inner_products(&functions, &functions).0.map(f64::sqrt);
         largest = (0..WIDTH).map(|c| grown[c] / sizes[c]).fold(0.0, f64::max);
-        // Of size 1, or they would leave the range of numbers on scaled meshes; the factor is near 1 to 2.
-        let shrink = Row(grown.map(|size| 1.0 / size - 1.0));
-        let copy = functions.clone();
-        add_scaled(&mut functions, shrink, &copy);
     }
     largest
 }

@@ -44,8 +44,8 @@ pub(crate) struct Part<'a> {
     pub(crate) verified: bool,
 }
 
-/// How `L + σM` is inverted.
-struct Way<'a> {
+/// The inverse of `L + σM`, and what else an iteration needs.
+struct ShiftInvert<'a> {
     inverse: &'a dyn Inverse,
     shift: f64,
     /// For the inertia of other shifts.
@@ -111,8 +111,8 @@ impl<'a> Solver<'a> {
         if self.factored.is_none() && self.options.inversion == Inversion::Multigrid {
             let shift = self.options.shift_for(self.operator);
             let inverse = Multigrid::new(self.shifted(-shift), SHARPER * self.options.tolerance)?;
-            let way = Way { inverse: &inverse, shift, symbolic: None };
-            let all = self.smallest(&way, wanted, found)?;
+            let shift_invert = ShiftInvert { inverse: &inverse, shift, symbolic: None };
+            let all = self.smallest(&shift_invert, wanted, found)?;
             return Ok(all.found.finish(false));
         }
         self.progress.report("factoring", 0.0);
@@ -126,8 +126,9 @@ impl<'a> Solver<'a> {
         };
         self.progress.check()?;
         let symbolic = factored.cholesky().symbolic();
-        let way = Way { inverse: factored.cholesky(), shift: factored.shift(), symbolic: Some(symbolic) };
-        let part = self.smallest(&way, first, found)?;
+        let shift_invert =
+            ShiftInvert { inverse: factored.cholesky(), shift: factored.shift(), symbolic: Some(symbolic) };
+        let part = self.smallest(&shift_invert, first, found)?;
         if part.found.len() == self.options.count {
             return Ok(part.found.finish(part.verified));
         }
@@ -136,7 +137,7 @@ impl<'a> Solver<'a> {
             // No slice can end within a cluster of more eigenvalues than it has.
             None => {
                 let found = Found::kernel(self.operator, self.options.count);
-                let all = self.smallest(&way, wanted, found)?;
+                let all = self.smallest(&shift_invert, wanted, found)?;
                 Ok(all.found.finish(all.verified))
             }
         }
@@ -156,11 +157,11 @@ impl<'a> Solver<'a> {
     /// Adds the smallest eigenvalues that are not zero: those wanted, or, if there are to be more, those up to a gap.
     fn smallest(
         &self,
-        way: &Way<'_>,
+        shift_invert: &ShiftInvert<'_>,
         wanted: usize,
         mut found: Found<'a>,
     ) -> Result<Part<'a>, SpectralError> {
-        let Way { inverse, shift, symbolic } = *way;
+        let ShiftInvert { inverse, shift, symbolic } = *shift_invert;
         let (kernel, capacity) = (found.len(), capacity(wanted));
         let is_all = kernel + wanted == self.options.count;
         let tolerance = self.options.tolerance * if is_all { 1.0 } else { SHARPER };

@@ -144,7 +144,9 @@ pub(super) fn row(arguments: &Arguments) -> Result<Value, String> {
     }
     let part = |part: fn(&Seconds) -> f64| median(ours.iter().map(part).collect());
     row["seconds_assembly"] = part(|s| s.assembly).into();
-    row["seconds_factorisation"] = part(|s| s.factorisation).into();
+    if !arguments.multigrid {
+        row["seconds_factorisation"] = part(|s| s.factorisation).into();
+    }
     row["seconds_iteration"] = part(|s| s.iteration).into();
     row["seconds"] = part(|s| s.assembly + s.factorisation + s.iteration).into();
     // What eigsh does, which is given the matrices.

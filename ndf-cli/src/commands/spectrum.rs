@@ -72,6 +72,9 @@ pub fn run(arguments: &Arguments, context: &Context) -> Result<Outcome, Failure>
             SpectralError::TooManyModes { vertices, .. } => {
                 failure.try_instead(&format!("ask for at most {vertices}, or subdivide the mesh"))
             }
+            SpectralError::SolveNotConverged(_) if arguments.multigrid => {
+                failure.try_instead("without --multigrid the operator is factored")
+            }
             SpectralError::OutOfMemory(_) => failure.try_instead("--multigrid needs less memory"),
             _ => failure,
         }

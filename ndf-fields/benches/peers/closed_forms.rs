@@ -130,13 +130,7 @@ fn compare(
                 (0..vertices).filter(|&v| is_near(v)).map(|v| (a[v] - b[v]).length() / unit).collect();
             near.iter().sum::<f64>() / near.len() as f64
         };
-        let told = |value: Option<f64>| value.map_or("—".to_owned(), |value| format!("{value:.1e}"));
-        let errors = [
-            truth.map(|truth| mean(ours, truth)),
-            truth.zip(theirs.as_deref()).map(|(truth, theirs)| mean(theirs, truth)),
-            theirs.as_deref().map(|theirs| mean(ours, theirs)),
-        ];
-        println!("{what:<22} {:>10} {:>12} {:>12}", told(errors[0]), told(errors[1]), told(errors[2]));
+        print_row(what, ours, truth, theirs.as_deref(), mean);
     };
     row("transport", &carried, transport_truth.as_deref(), vectors("transport"), 1.0);
     row("logarithm, exact", &exact, Some(&log_truth), vectors("log"), size);
@@ -159,17 +153,26 @@ fn compare(
         let mean = |a: &[f64], b: &[f64]| {
             a.iter().zip(b).map(|(a, b)| (a - b).abs() / unit).sum::<f64>() / vertices as f64
         };
-        let told = |value: Option<f64>| value.map_or("—".to_owned(), |value| format!("{value:.1e}"));
-        let errors = [
-            truth.map(|truth| mean(ours, truth)),
-            truth.zip(theirs.as_deref()).map(|(truth, theirs)| mean(theirs, truth)),
-            theirs.as_deref().map(|theirs| mean(ours, theirs)),
-        ];
-        println!("{what:<22} {:>10} {:>12} {:>12}", told(errors[0]), told(errors[1]), told(errors[2]));
+        print_row(what, ours, truth, theirs.as_deref(), mean);
     };
     let scalars = |name: &str| theirs.as_ref().map(|(exchange, _)| exchange.read(name));
     row("extension of 1 and 3", &extended, None, scalars("extend"), 2.0);
     row("signed distance", &distances, Some(&signed_truth), scalars("signed"), largest);
+}
+
+/// The mean errors of ours and of theirs, and the mean difference of both, as far as there are any.
+fn print_row<T>(
+    what: &str,
+    ours: &[T],
+    truth: Option<&[T]>,
+    theirs: Option<&[T]>,
+    mean: impl Fn(&[T], &[T]) -> f64,
+) {
+    let told = |value: Option<f64>| value.map_or("—".to_owned(), |value| format!("{value:.1e}"));
+    let our_error = truth.map(|truth| mean(ours, truth));
+    let their_error = truth.zip(theirs).map(|(truth, theirs)| mean(theirs, truth));
+    let difference = theirs.map(|theirs| mean(ours, theirs));
+    println!("{what:<22} {:>10} {:>12} {:>12}", told(our_error), told(their_error), told(difference));
 }
 
 /// The rotation of space that takes one unit vector to another along their great circle, of a tangent vector.
