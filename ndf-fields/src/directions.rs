@@ -9,9 +9,8 @@ use ndf_spectral::SymbolicCholesky;
 use num_complex::Complex64;
 
 use crate::bundle::TangentBundle;
-use crate::connection::{
-    Numbers, areas, complex, connection_laplacian, interleaved, plus_mass, smallest_eigenvector,
-};
+use crate::connection::{areas, connection_laplacian, plus_mass};
+use crate::eigenvector::{Form, smallest_eigenvector};
 use crate::error::FieldError;
 
 /// `n` directions at every vertex, at angles of 2π/n: vectors for n = 1, lines for 2, crosses for 4.
@@ -30,7 +29,7 @@ const MOST_SYMMETRIC: u32 = 16;
 
 impl DirectionField {
     /// The field of the least Dirichlet energy among those of one norm (§3.1, with the connection Laplacian). Singularities come out
-    /// where the curvature wants them. An eigenproblem: a factorisation of 2V rows and some tens of solves.
+    /// where the curvature wants them. An eigenproblem: a complex factorisation of V rows and some tens of solves.
     ///
     /// # Errors
     /// If the symmetry is 0 or above 16, the matrix is not positive definite to double precision, the iteration does not end, or the
@@ -41,14 +40,14 @@ impl DirectionField {
         progress: &dyn Progress,
     ) -> Result<Self, FieldError> {
         check(symmetry)?;
-        let laplacian = connection_laplacian(bundle, symmetry);
-        let (energy, found) = smallest_eigenvector(&laplacian, &areas(bundle), Numbers::Complex, progress)?;
+        let form = Form::Hermitian(connection_laplacian(bundle, symmetry));
+        let (energy, found) = smallest_eigenvector(&form, &areas(bundle), progress)?;
         Ok(Self { symmetry, powers: unit(found), energy })
     }
 
     /// The field that follows directions and is smooth where they are weak: minimises the Dirichlet energy less its alignment with
     /// `powers`, the nth powers of directions times how much they count (§3.2, λ = 0). Of those only proportions matter. One
-    /// factorisation of 2V rows.
+    /// complex factorisation of V rows.
     ///
     /// # Errors
     /// If the symmetry is 0 or above 16, there is not one number for every vertex, all are zero, or the matrix is not positive
@@ -76,13 +75,13 @@ impl DirectionField {
         let laplacian = connection_laplacian(bundle, symmetry);
         // Where parallel fields exist the Laplacian has a kernel.
         let typical = 4.0 * std::f64::consts::PI / areas.iter().sum::<f64>();
-        let shifted = plus_mass(&laplacian, 1e-6 * typical, &areas);
-        let massed: Vec<Complex64> = powers.iter().zip(&areas).map(|(z, area)| z * (area / norm)).collect();
-        let mut solution = interleaved(&massed);
-        SymbolicCholesky::of_pairs(&shifted)?.cholesky(&shifted)?.solve(&mut [&mut solution]);
+        let shifted = plus_mass(&laplacian, 1e-6 * typical, areas.iter().copied());
+        let mut found: Vec<Complex64> =
+            powers.iter().zip(&areas).map(|(z, area)| z * (area / norm)).collect();
+        SymbolicCholesky::new(&shifted)?.cholesky(&shifted)?.solve(&mut [&mut found]);
         progress.check()?;
-        let energy: f64 = laplacian.multiply(&solution).iter().zip(&solution).map(|(l, x)| l * x).sum();
-        let found = complex(&solution);
+        let energy: f64 =
+            laplacian.multiply(&found).iter().zip(&found).map(|(image, x)| (x.conj() * image).re).sum();
         let energy = energy / norm_of(&found).powi(2);
         Ok(Self { symmetry, powers: unit(found), energy })
     }

@@ -87,7 +87,7 @@ pub(crate) fn unit(z: Complex64) -> Complex64 {
     let largest = z.re.abs().max(z.im.abs());
     if largest > 0.0 {
         let scaled = z / largest;
-        scaled / scaled.norm()
+        scaled / scaled.norm_sqr().sqrt()
     } else {
         Complex64::default()
     }

@@ -31,6 +31,7 @@ mod centre;
 mod connection;
 mod curvature;
 mod directions;
+mod eigenvector;
 mod error;
 mod faces;
 mod frames;

@@ -4,12 +4,14 @@
 use std::f64::consts::TAU;
 
 use ndf_core::Progress;
-use ndf_mesh::{Face, Halfedge, Vertex};
+use ndf_mesh::{Face, Halfedge};
+use ndf_spectral::CsrMatrix;
 use num_complex::Complex64;
 
 use crate::bundle::TangentBundle;
-use crate::connection::{Builder, Numbers, areas, smallest_eigenvector};
+use crate::connection::areas;
 use crate::directions::DirectionField;
+use crate::eigenvector::{Form, smallest_eigenvector};
 use crate::error::FieldError;
 
 /// A pattern of stripes.
@@ -61,7 +63,8 @@ impl StripePattern {
         }
         let pattern = Pattern { bundle, directions: lines.directions(), radians: TAU * frequency };
         let is_singular: Vec<bool> = mesh.faces().map(|face| lines.index(bundle, face) != 0).collect();
-        let mut builder = Builder::new(vertices);
+        let mut diagonal = vec![0.0; 2 * vertices];
+        let mut couplings = Vec::with_capacity(4 * mesh.edge_count());
         for edge in mesh.edges() {
             let h = mesh.edge_halfedge(edge);
             // A singular face tells no direction to go.
@@ -69,10 +72,18 @@ impl StripePattern {
                 |h: Halfedge| if is_singular[h.face().index()] { 0.0 } else { 0.5 * mesh.cotangent(h) };
             let weight = (of_face(h) + mesh.twin(h).map_or(0.0, of_face)).max(0.0);
             let along = pattern.along(h);
-            let ends = [mesh.tail(h), mesh.tip(h)].map(Vertex::index);
-            builder.couple(ends, weight, Complex64::cis(along.advance), along.is_reversed);
+            // weight · |x − advance · y|² for the number y at the tail and x at the tip, or the conjugate of x.
+            let [column, row] = [mesh.tail(h), mesh.tip(h)].map(|v| 2 * v.index());
+            [row, row + 1, column, column + 1].into_iter().for_each(|part| diagonal[part] += weight);
+            let Complex64 { re, im } = weight * Complex64::cis(along.advance);
+            let sign = if along.is_reversed { -1.0 } else { 1.0 };
+            let block = [[-re, im], [-sign * im, -sign * re]];
+            for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                couplings.push(((row + r) as u32, (column + c) as u32, block[r][c]));
+            }
         }
-        let (_, found) = smallest_eigenvector(&builder.build(), &areas(bundle), Numbers::Real, progress)?;
+        let form = Form::Real(CsrMatrix::symmetric(&diagonal, couplings.into_iter()));
+        let (_, found) = smallest_eigenvector(&form, &areas(bundle), progress)?;
         let phases: Vec<Complex64> = found
             .iter()
             .map(|z| if z.norm() > 0.0 { z / z.norm() } else { Complex64::new(1.0, 0.0) })

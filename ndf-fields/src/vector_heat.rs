@@ -7,7 +7,7 @@ use ndf_spectral::{Cholesky, Components, LaplaceBeltrami, Mass, MetricTriangles,
 use num_complex::Complex64;
 
 use crate::bundle::TangentBundle;
-use crate::connection::{areas, complex, connection_laplacian, interleaved, plus_mass};
+use crate::connection::{areas, connection_laplacian, plus_mass};
 use crate::error::FieldError;
 use crate::faces::{Layout, unit, weak_divergence};
 use crate::reach::out_of_reach;
@@ -21,7 +21,7 @@ pub struct VectorHeatSolver {
     /// Of `M + t L`, scaled by 1/t.
     scalar: Cholesky,
     /// The same for vectors.
-    vector: Cholesky,
+    vector: Cholesky<Complex64>,
     /// Of `L`, with one vertex of every component held.
     poisson: Cholesky,
     components: Components,
@@ -65,8 +65,8 @@ impl VectorHeatSolver {
         let symbolic = SymbolicCholesky::new(&heat)?;
         let poisson = symbolic.cholesky(&operator.grounded())?;
         let scalar = symbolic.cholesky(&heat)?;
-        let heat = plus_mass(&connection_laplacian(&bundle, 1), step.recip(), &areas);
-        let vector = SymbolicCholesky::of_pairs(&heat)?.cholesky(&heat)?;
+        let heat = plus_mass(&connection_laplacian(&bundle, 1), step.recip(), areas);
+        let vector = symbolic.cholesky(&heat)?;
         let components = operator.components().clone();
         let into_faces = into_faces(&bundle);
         Ok(Self { bundle, into_faces, scalar, vector, poisson, components })
@@ -106,7 +106,7 @@ impl VectorHeatSolver {
         for &(v, vector) in sources {
             vectors[v.index()] += vector;
         }
-        let [directions] = self.diffused([&vectors]);
+        let [directions] = self.diffused([vectors]);
         // A single vector has the same length everywhere.
         if let [(_, vector)] = sources
             && *vector != Complex64::ZERO
@@ -135,7 +135,7 @@ impl VectorHeatSolver {
         let mesh = bundle.mesh();
         let mut horizontal = vec![Complex64::default(); mesh.vertex_count()];
         horizontal[source.index()] = Complex64::new(1.0, 0.0);
-        let [outward, horizontal] = self.diffused([&self.outward(source), &horizontal]);
+        let [outward, horizontal] = self.diffused([self.outward(source), horizontal]);
         let out_of_reach = self.out_of_reach(&horizontal);
         let radial: Vec<Complex64> = outward.iter().map(|z| unit(*z)).collect();
         let mut distances = self.divergence(&radial, source);
@@ -164,10 +164,9 @@ impl VectorHeatSolver {
     }
 
     /// Several fields at once, for one pass through the factor.
-    fn diffused<const N: usize>(&self, fields: [&[Complex64]; N]) -> [Vec<Complex64>; N] {
-        let mut solutions = fields.map(interleaved);
-        self.vector.solve(&mut solutions.each_mut().map(Vec::as_mut_slice));
-        solutions.map(|solution| complex(&solution))
+    fn diffused<const N: usize>(&self, mut fields: [Vec<Complex64>; N]) -> [Vec<Complex64>; N] {
+        self.vector.solve(&mut fields.each_mut().map(Vec::as_mut_slice));
+        fields
     }
 
     /// How many vertices diffused vectors do not reach.

@@ -1,13 +1,17 @@
 //! Assembly of symmetric sparse matrices from contributions of triangles.
 
 use crate::csr::CsrMatrix;
+use crate::scalar::Scalar;
 
-/// A contribution to the entries (i, j) and (j, i); to twice the diagonal where `i = j`.
-pub(crate) type Coupling = (u32, u32, f64);
+/// A contribution to the entry (i, j), and its conjugate to (j, i); both to the diagonal where `i = j`.
+pub(crate) type Coupling<T = f64> = (u32, u32, T);
 
-/// The symmetric matrix of a diagonal and couplings, which sum where they meet. Every diagonal entry is stored.
+/// The symmetric or Hermitian matrix of a diagonal and couplings, which sum where they meet. Every diagonal entry is stored.
 /// Time and memory linear in the couplings.
-pub(crate) fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = Coupling> + Clone) -> CsrMatrix {
+pub(crate) fn symmetric<T: Scalar>(
+    diagonal: &[T],
+    couplings: impl Iterator<Item = Coupling<T>> + Clone,
+) -> CsrMatrix<T> {
     // Two stable counting sorts, by column and then by row, leave the columns of every row ascending. As the matrix
     // is symmetric, rows and columns have the same counts.
     let n = diagonal.len();
@@ -21,8 +25,8 @@ pub(crate) fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = Coupli
         starts[i + 1] += starts[i];
     }
     let mut next = starts.clone();
-    let mut by_column = vec![(0_u32, 0.0); starts[n]];
-    let mut put = |row: u32, column: u32, value: f64| {
+    let mut by_column = vec![(0_u32, T::default()); starts[n]];
+    let mut put = |row: u32, column: u32, value: T| {
         let slot = &mut next[column as usize];
         by_column[*slot] = (row, value);
         *slot += 1;
@@ -32,10 +36,10 @@ pub(crate) fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = Coupli
     }
     for (i, j, value) in couplings {
         put(i, j, value);
-        put(j, i, value);
+        put(j, i, value.conjugate());
     }
     next.copy_from_slice(&starts);
-    let mut by_row = vec![(0_u32, 0.0); starts[n]];
+    let mut by_row = vec![(0_u32, T::default()); starts[n]];
     for column in 0..n {
         for &(row, value) in &by_column[starts[column]..starts[column + 1]] {
             by_row[next[row as usize]] = (column as u32, value);
@@ -45,7 +49,7 @@ pub(crate) fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = Coupli
     drop(by_column);
     let mut offsets = Vec::with_capacity(n + 1);
     offsets.push(0);
-    let (mut columns, mut values) = (Vec::with_capacity(8 * n), Vec::<f64>::with_capacity(8 * n));
+    let (mut columns, mut values) = (Vec::with_capacity(8 * n), Vec::<T>::with_capacity(8 * n));
     for row in 0..n {
         let start = columns.len();
         for &(column, value) in &by_row[starts[row]..starts[row + 1]] {

@@ -1,9 +1,10 @@
 //! Sparse matrices by rows, and how they become those of other crates.
 
 use crate::assembly;
+use crate::scalar::Scalar;
 use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
 
-/// A sparse matrix in compressed rows (CSR). The columns of a row ascend and none occurs twice.
+/// A sparse matrix of real or complex numbers in compressed rows (CSR). The columns of a row ascend and none occurs twice.
 ///
 /// Converts into faer's matrices and back, and with the feature `nalgebra` into those of nalgebra-sparse:
 ///
@@ -19,12 +20,12 @@ use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
 /// # Ok::<(), ndf_spectral::CsrError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct CsrMatrix {
+pub struct CsrMatrix<T = f64> {
     column_count: usize,
     /// Where the entries of every row begin, and where the last ends.
     offsets: Vec<usize>,
     columns: Vec<usize>,
-    values: Vec<f64>,
+    values: Vec<T>,
 }
 
 /// Why arrays are no sparse matrix.
@@ -46,7 +47,7 @@ pub enum CsrError {
     Columns(usize),
 }
 
-impl CsrMatrix {
+impl<T: Scalar> CsrMatrix<T> {
     /// A matrix of its arrays: row `i` has the entries `offsets[i]..offsets[i + 1]`. O(entries).
     ///
     /// # Errors
@@ -56,7 +57,7 @@ impl CsrMatrix {
         column_count: usize,
         offsets: Vec<usize>,
         columns: Vec<usize>,
-        values: Vec<f64>,
+        values: Vec<T>,
     ) -> Result<Self, CsrError> {
         if columns.len() != values.len() {
             return Err(CsrError::Lengths { columns: columns.len(), values: values.len() });
@@ -74,12 +75,12 @@ impl CsrMatrix {
         Ok(Self { column_count, offsets, columns, values })
     }
 
-    /// The symmetric matrix of a diagonal and couplings (i, j, x), each of which adds x to the entries (i, j) and (j, i), and twice to a
-    /// diagonal entry. O(rows + couplings).
+    /// The symmetric matrix of a diagonal and couplings (i, j, x), each of which adds x to the entry (i, j) and its conjugate to (j, i),
+    /// both to a diagonal entry: Hermitian where numbers are complex and the diagonal is real. O(rows + couplings).
     ///
     /// # Panics
     /// If a row or a column is outside of the matrix.
-    pub fn symmetric(diagonal: &[f64], couplings: impl Iterator<Item = (u32, u32, f64)> + Clone) -> Self {
+    pub fn symmetric(diagonal: &[T], couplings: impl Iterator<Item = (u32, u32, T)> + Clone) -> Self {
         assembly::symmetric(diagonal, couplings)
     }
 
@@ -104,12 +105,12 @@ impl CsrMatrix {
     }
 
     /// The value of every entry, row by row.
-    pub fn values(&self) -> &[f64] {
+    pub fn values(&self) -> &[T] {
         &self.values
     }
 
     /// The value of every entry, to be changed.
-    pub fn values_mut(&mut self) -> &mut [f64] {
+    pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
@@ -117,13 +118,13 @@ impl CsrMatrix {
     ///
     /// # Panics
     /// If there is no such row.
-    pub fn row(&self, row: usize) -> (&[usize], &[f64]) {
+    pub fn row(&self, row: usize) -> (&[usize], &[T]) {
         let range = self.offsets[row]..self.offsets[row + 1];
         (&self.columns[range.clone()], &self.values[range])
     }
 
     /// All entries as row, column and value, row by row.
-    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, T)> + Clone + '_ {
         (0..self.row_count()).flat_map(move |row| {
             let (columns, values) = self.row(row);
             columns.iter().zip(values).map(move |(&column, &value)| (row, column, value))
@@ -134,7 +135,7 @@ impl CsrMatrix {
     ///
     /// # Panics
     /// If there is no such row.
-    pub fn get(&self, row: usize, column: usize) -> Option<f64> {
+    pub fn get(&self, row: usize, column: usize) -> Option<T> {
         let (columns, values) = self.row(row);
         columns.binary_search(&column).ok().map(|slot| values[slot])
     }
@@ -143,7 +144,7 @@ impl CsrMatrix {
     ///
     /// # Panics
     /// If there is no such row.
-    pub fn get_mut(&mut self, row: usize, column: usize) -> Option<&mut f64> {
+    pub fn get_mut(&mut self, row: usize, column: usize) -> Option<&mut T> {
         let start = self.offsets[row];
         let slot = self.row(row).0.binary_search(&column).ok()?;
         Some(&mut self.values[start + slot])
@@ -153,15 +154,17 @@ impl CsrMatrix {
     ///
     /// # Panics
     /// If there is not one value for every column.
-    pub fn multiply(&self, vector: &[f64]) -> Vec<f64> {
+    pub fn multiply(&self, vector: &[T]) -> Vec<T> {
         assert_eq!(vector.len(), self.column_count);
         let product = |row| {
             let (columns, values) = self.row(row);
-            columns.iter().zip(values).map(|(&column, value)| value * vector[column]).sum()
+            columns.iter().zip(values).map(|(&column, &value)| value * vector[column]).sum()
         };
         (0..self.row_count()).map(product).collect()
     }
+}
 
+impl CsrMatrix {
     /// The product with another matrix, row by row (Gustavson 1978). O(multiplications), and the logarithm of a row's entries.
     ///
     /// # Panics

@@ -1,4 +1,4 @@
-//! Sparse Cholesky and LDLᵀ factorisations of matrices that share one pattern.
+//! Sparse Cholesky factorisations of real and Hermitian matrices that share one pattern, and LDLᵀ.
 
 use std::sync::Arc;
 
@@ -6,7 +6,8 @@ use crate::assembly::permuted;
 use crate::csr::CsrMatrix;
 use crate::error::SpectralError;
 use crate::panel::{Panel, Row, WIDTH, add_scaled, multiply};
-use crate::triangular;
+use crate::scalar::Scalar;
+use crate::triangular::{self, panel, single};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -51,16 +52,16 @@ pub struct SymbolicCholesky {
 }
 
 impl SymbolicCholesky {
-    /// Analyses the pattern of a symmetric matrix. About O(n log n) for surfaces.
+    /// Analyses the pattern of a symmetric or Hermitian matrix. About O(n log n) for surfaces.
     ///
     /// # Errors
     /// If there is not enough memory.
-    pub fn new(matrix: &CsrMatrix) -> Result<Self, SpectralError> {
+    pub fn new<T: Scalar>(matrix: &CsrMatrix<T>) -> Result<Self, SpectralError> {
         Self::ordered(matrix, SymmetricOrdering::Amd)
     }
 
-    /// Analyses the pattern of a symmetric matrix of pairs of rows, 2i and 2i + 1, which have entries in the same pairs of columns: complex
-    /// numbers in real form, for example. The pairs are ordered, which have a quarter of the entries.
+    /// Analyses the pattern of a symmetric matrix of pairs of rows, 2i and 2i + 1, which have entries in the same pairs of columns: those
+    /// of maps of complex numbers that are linear over the reals alone. The pairs are ordered, which have a quarter of the entries.
     ///
     /// # Errors
     /// If there is not enough memory.
@@ -99,7 +100,10 @@ impl SymbolicCholesky {
         Self::ordered(matrix, SymmetricOrdering::Custom(PermRef::new_checked(&order, &position, rows)))
     }
 
-    fn ordered(matrix: &CsrMatrix, ordering: SymmetricOrdering<'_, usize>) -> Result<Self, SpectralError> {
+    fn ordered<T: Scalar>(
+        matrix: &CsrMatrix<T>,
+        ordering: SymmetricOrdering<'_, usize>,
+    ) -> Result<Self, SpectralError> {
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             supernodal_params: SymbolicSupernodalParams { relax: Some(&RELAXATION) },
@@ -121,23 +125,25 @@ impl SymbolicCholesky {
         }
     }
 
-    /// The Cholesky factorisation of a positive definite matrix of the analysed pattern. About O(n^1.5) for surfaces.
+    /// The Cholesky factorisation of a symmetric or Hermitian positive definite matrix of the analysed pattern. About O(n^1.5) for surfaces.
     ///
     /// # Errors
     /// If the matrix is not positive definite to double precision or memory is short.
     ///
     /// # Panics
     /// If the matrix has another number of rows than the pattern.
-    pub fn cholesky(&self, matrix: &CsrMatrix) -> Result<Cholesky, SpectralError> {
+    pub fn cholesky<T: Scalar>(&self, matrix: &CsrMatrix<T>) -> Result<Cholesky<T>, SpectralError> {
         let par = parallelism();
-        let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
+        let request = self.symbolic.factorize_numeric_llt_scratch::<T>(par, Default::default());
         let mut memory =
             MemBuffer::try_new(request).map_err(|_| SpectralError::OutOfMemory(matrix.row_count()))?;
-        let mut values = vec![0.0; self.fill()];
+        let mut values = vec![T::default(); self.fill()];
+        // The conjugates of rows are columns.
+        let columns = T::conjugates(matrix.values());
         self.symbolic
             .factorize_numeric_llt(
                 &mut values,
-                SparseColMatRef::new(pattern(matrix), matrix.values()),
+                SparseColMatRef::new(pattern(matrix), &columns),
                 Side::Lower,
                 LltRegularization::default(),
                 par,
@@ -265,7 +271,7 @@ impl Inverse for Indefinite {
 
     fn solve_in_order(&self, panel: &mut Panel) -> Result<(), SpectralError> {
         let solve = |panel: &mut Panel| {
-            triangular::solve(self.symbolic.supernodes(), &self.values, &self.pivots, panel);
+            panel::solve(self.symbolic.supernodes(), &self.values, &self.pivots, panel);
         };
         let Some(matrix) = &self.refined else {
             solve(panel);
@@ -282,15 +288,15 @@ impl Inverse for Indefinite {
     }
 }
 
-/// A Cholesky factorisation `P A Pᵀ = L Lᵀ`.
+/// A Cholesky factorisation `P A Pᵀ = L Lᴴ` of a symmetric or Hermitian matrix.
 #[derive(Clone, Debug)]
-pub struct Cholesky {
+pub struct Cholesky<T = f64> {
     symbolic: SymbolicCholesky,
     /// Trapezoids of the supernodes, their triangles [inverted](triangular::invert_triangles).
-    values: Vec<f64>,
+    values: Vec<T>,
 }
 
-impl Cholesky {
+impl<T: Scalar> Cholesky<T> {
     /// The ordering and structure, to factor other matrices of the same pattern.
     pub fn symbolic(&self) -> &SymbolicCholesky {
         &self.symbolic
@@ -301,29 +307,35 @@ impl Cholesky {
         self.symbolic.symbolic.nrows()
     }
 
-    /// Solves for up to four right-hand sides at once, each replaced by its solution. Four cost little more than one: the
+    /// Solves for right-hand sides, each replaced by its solution. Four of them, or two complex ones, cost little more than one: the
     /// factor is read twice for all of them.
     ///
     /// # Panics
     /// If a length is not the number of rows.
-    pub fn solve(&self, right_hand_sides: &mut [&mut [f64]]) {
-        for sides in right_hand_sides.chunks_mut(WIDTH) {
+    pub fn solve(&self, right_hand_sides: &mut [&mut [T]]) {
+        for sides in right_hand_sides.chunks_mut(T::FUNCTIONS) {
             assert!(sides.iter().all(|side| side.len() == self.rows()));
-            let (order, _) = self.order();
+            let (order, _) = self.symbolic.order();
+            if let [side] = sides {
+                let mut ordered: Vec<T> = order.iter().map(|&i| side[i]).collect();
+                single::solve(self.symbolic.supernodes(), &self.values, &mut ordered);
+                ordered.iter().zip(order).for_each(|(x, &i)| side[i] = *x);
+                continue;
+            }
             let mut panel = vec![Row::default(); self.rows()];
             for (c, side) in sides.iter().enumerate() {
-                panel.iter_mut().zip(order).for_each(|(row, &i)| row.0[c] = side[i]);
+                panel.iter_mut().zip(order).for_each(|(row, &i)| side[i].put(row, c));
             }
             self.solve_panel(&mut panel);
             for (c, side) in sides.iter_mut().enumerate() {
-                panel.iter().zip(order).for_each(|(row, &i)| side[i] = row.0[c]);
+                panel.iter().zip(order).for_each(|(row, &i)| side[i] = T::of_row(row, c));
             }
         }
     }
 
     /// Solves for a panel of right-hand sides in the order of the factor.
     pub(crate) fn solve_panel(&self, panel: &mut Panel) {
-        triangular::solve(self.symbolic.supernodes(), &self.values, &[], panel);
+        panel::solve(self.symbolic.supernodes(), &self.values, &[], panel);
     }
 }
 
@@ -338,49 +350,69 @@ impl Inverse for Cholesky {
     }
 }
 
-/// Rows of a symmetric matrix are its columns.
-fn pattern(matrix: &CsrMatrix) -> SymbolicSparseColMatRef<'_, usize> {
+/// Rows of a symmetric matrix have the pattern of its columns.
+fn pattern<T: Scalar>(matrix: &CsrMatrix<T>) -> SymbolicSparseColMatRef<'_, usize> {
     let n = matrix.row_count();
     SymbolicSparseColMatRef::new_checked(n, n, matrix.offsets(), None, matrix.columns())
 }
 
-fn out_of_memory(_: FaerError, matrix: &CsrMatrix) -> SpectralError {
+fn out_of_memory<T: Scalar>(_: FaerError, matrix: &CsrMatrix<T>) -> SpectralError {
     SpectralError::OutOfMemory(matrix.row_count())
 }
 
 #[cfg(test)]
 mod tests {
+    use faer::c64;
+
     use super::*;
 
-    /// A ring of complex numbers that are turned from each to the next, in real form.
-    fn turned_ring(count: u32) -> CsrMatrix {
+    /// The coupling of a complex number and the one before, which is turned to it, on a ring of so many.
+    fn turned(i: u32, count: u32) -> (u32, u32, c64) {
+        ((i + 1) % count, i, -c64::cis(f64::from(i)))
+    }
+
+    fn ring(count: u32) -> CsrMatrix<c64> {
+        CsrMatrix::symmetric(&vec![c64::from(2.5); count as usize], (0..count).map(|i| turned(i, count)))
+    }
+
+    /// The same in real form.
+    fn ring_of_pairs(count: u32) -> CsrMatrix {
         let coupling = |i: u32| {
-            let (j, (sin, cos)) = ((i + 1) % count, f64::from(i).sin_cos());
-            [
-                (2 * j, 2 * i, -cos),
-                (2 * j, 2 * i + 1, sin),
-                (2 * j + 1, 2 * i, -sin),
-                (2 * j + 1, 2 * i + 1, -cos),
-            ]
+            let (j, i, c64 { re, im }) = turned(i, count);
+            let (row, column) = (2 * j, 2 * i);
+            [(row, column, re), (row, column + 1, -im), (row + 1, column, im), (row + 1, column + 1, re)]
         };
         CsrMatrix::symmetric(&vec![2.5; 2 * count as usize], (0..count).flat_map(coupling))
     }
 
+    fn solved<T: Scalar>(
+        symbolic: SymbolicCholesky,
+        matrix: &CsrMatrix<T>,
+        mut sides: Vec<Vec<T>>,
+    ) -> Vec<Vec<T>> {
+        let cholesky = symbolic.cholesky(matrix).unwrap();
+        cholesky.solve(&mut sides.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+        sides
+    }
+
     #[test]
-    fn an_analysis_of_pairs_serves_their_matrix() {
-        let matrix = turned_ring(40);
-        let right: Vec<f64> = (0..matrix.row_count()).map(|i| (i as f64).cos()).collect();
-        let solved = |symbolic: SymbolicCholesky| {
-            let mut solution = right.clone();
-            symbolic.cholesky(&matrix).unwrap().solve(&mut [&mut solution]);
-            solution
+    fn complex_systems_are_those_of_their_pairs() {
+        let (matrix, pairs) = (ring(40), ring_of_pairs(40));
+        let number = |i: usize, side: usize| c64::new((i as f64).cos(), (i as f64 * side as f64).sin());
+        let sides: Vec<Vec<c64>> = (1..4).map(|side| (0..40).map(|i| number(i, side)).collect()).collect();
+        let found = solved(SymbolicCholesky::new(&matrix).unwrap(), &matrix, sides.clone());
+        let real = |sides: &[Vec<c64>]| -> Vec<Vec<f64>> {
+            sides.iter().map(|side| side.iter().flat_map(|z| [z.re, z.im]).collect()).collect()
         };
-        let of_pairs = solved(SymbolicCholesky::of_pairs(&matrix).unwrap());
-        let residual =
-            matrix.multiply(&of_pairs).iter().zip(&right).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(residual < 1e-13, "{residual}");
-        let single = solved(SymbolicCholesky::new(&matrix).unwrap());
-        assert!(of_pairs.iter().zip(&single).all(|(a, b)| (a - b).abs() < 1e-13));
+        let near = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+            a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13)
+        };
+        for (solution, side) in found.iter().zip(&sides) {
+            assert!(near(&real(&[matrix.multiply(solution)]), &real(&[side.clone()])));
+        }
+        let found = real(&found);
+        assert!(near(&found, &solved(SymbolicCholesky::of_pairs(&pairs).unwrap(), &pairs, real(&sides))));
+        assert!(near(&found, &solved(SymbolicCholesky::new(&pairs).unwrap(), &pairs, real(&sides))));
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub(crate) const WIDTH: usize = 4;
 /// Four numbers in half a line of the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(32))]
-pub(crate) struct Row(pub(crate) [f64; WIDTH]);
+pub struct Row(pub(crate) [f64; WIDTH]);
 
 /// Work written for rows of `V` vectors each.
 pub(crate) trait Kernel {

@@ -160,9 +160,8 @@ impl<'a> Comparison<'a> {
 
     /// The Rayleigh quotient of a vector with lumped masses: what this crate minimises.
     fn energy(&self, n: u32, powers: &[Complex64]) -> f64 {
-        let flat: Vec<f64> = powers.iter().flat_map(|z| [z.re, z.im]).collect();
-        let image = connection_laplacian(&self.bundle, n).multiply(&flat);
-        let energy: f64 = image.iter().zip(&flat).map(|(l, x)| l * x).sum();
+        let image = connection_laplacian(&self.bundle, n).multiply(powers);
+        let energy: f64 = image.iter().zip(powers).map(|(image, z)| (z.conj() * image).re).sum();
         let norm: f64 = powers.iter().zip(self.areas()).map(|(z, area)| area * z.norm_sqr()).sum();
         energy / norm
     }

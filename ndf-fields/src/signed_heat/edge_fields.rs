@@ -6,7 +6,7 @@ use ndf_mesh::{Face, Halfedge};
 use ndf_spectral::{Cholesky, SymbolicCholesky};
 use num_complex::Complex64;
 
-use crate::connection::{Builder, complex, interleaved, plus_mass};
+use crate::connection::{Couplings, plus_mass};
 use crate::error::FieldError;
 use crate::faces::direction_in_face;
 
@@ -30,15 +30,15 @@ pub(super) fn sum(mesh: &IntrinsicMesh, field: &[Complex64], face: Face) -> Comp
     face.halfedges().map(vector).iter().sum()
 }
 
-/// The operator `M + t L`, divided by t and factorised, where `xᵀ L x = ∫ |∇x|²` in the faces, which are flat.
+/// The operator `M + t L`, divided by t and factorised, where `xᴴ L x = ∫ |∇x|²` in the faces, which are flat.
 #[derive(Debug)]
-pub(super) struct EdgeDiffusion(Cholesky);
+pub(super) struct EdgeDiffusion(Cholesky<Complex64>);
 
 impl EdgeDiffusion {
     /// # Errors
     /// If the matrix is not positive definite to double precision.
     pub(super) fn new(mesh: &IntrinsicMesh, time: f64) -> Result<Self, FieldError> {
-        let mut builder = Builder::new(mesh.edge_count());
+        let mut couplings = Couplings::new(mesh.edge_count());
         let mut areas = vec![0.0; mesh.edge_count()];
         for face in mesh.faces() {
             let third = mesh.area(face) / 3.0;
@@ -50,17 +50,17 @@ impl EdgeDiffusion {
                 // The gradients of the two functions are those of hats, times −2: the weight is that of the edge opposite to the corner
                 // between them, times 4.
                 let weight = 2.0 * mesh.cotangent(sides[(c + 2) % 3]);
-                builder.couple(ends, weight, to_edge(mesh, next) * to_edge(mesh, h).conj(), false);
+                couplings.couple(ends, weight, to_edge(mesh, next) * to_edge(mesh, h).conj());
             }
         }
-        let matrix = plus_mass(&builder.build(), time.recip(), &areas);
-        Ok(Self(SymbolicCholesky::of_pairs(&matrix)?.cholesky(&matrix)?))
+        let matrix = plus_mass(&couplings.build(), time.recip(), areas);
+        Ok(Self(SymbolicCholesky::new(&matrix)?.cholesky(&matrix)?))
     }
 
     /// A field that has diffused.
     pub(super) fn of(&self, field: &[Complex64]) -> Vec<Complex64> {
-        let mut solution = interleaved(field);
+        let mut solution = field.to_vec();
         self.0.solve(&mut [&mut solution]);
-        complex(&solution)
+        solution
     }
 }

@@ -72,7 +72,7 @@ pub struct SignedDistances {
 /// missing. `points` are vertices whose distance is unsigned; where they are nearest, values are positive.
 ///
 /// Works on the Delaunay triangulation around the curves: edges that a curve runs along and faces that it crosses stay as they are. One
-/// factorisation of twice as many rows as there are edges, and one of V. No boundary needs anything: nothing flows over it.
+/// complex factorisation of as many rows as there are edges, and one of V. No boundary needs anything: nothing flows over it.
 ///
 /// # Errors
 /// If there is no source, one is not on the mesh, a curve leaves its faces, the time is not positive, a matrix is not positive definite
