@@ -83,6 +83,10 @@ pub(crate) fn dot(a: Complex64, b: Complex64) -> f64 {
 
 /// The direction of a number; 0 of 0.
 pub(crate) fn unit(z: Complex64) -> Complex64 {
+    let square = z.norm_sqr();
+    if (f64::MIN_POSITIVE / f64::EPSILON..f64::INFINITY).contains(&square) {
+        return z / square.sqrt();
+    }
     // Heat decays by e an edge: the squares of its norm underflow long before itself.
     let largest = z.re.abs().max(z.im.abs());
     if largest > 0.0 {

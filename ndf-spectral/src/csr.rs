@@ -1,10 +1,13 @@
 //! Sparse matrices by rows, and how they become those of other crates.
 
+use std::sync::Arc;
+
 use crate::assembly;
 use crate::scalar::Scalar;
 use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
 
-/// A sparse matrix of real or complex numbers in compressed rows (CSR). The columns of a row ascend and none occurs twice.
+/// A sparse matrix of real or complex numbers in compressed rows (CSR). The columns of a row ascend and none occurs twice. Clones share
+/// their pattern.
 ///
 /// Converts into faer's matrices and back, and with the feature `nalgebra` into those of nalgebra-sparse:
 ///
@@ -23,8 +26,8 @@ use faer::sparse::{SparseColMat, SparseRowMat, SymbolicSparseRowMat};
 pub struct CsrMatrix<T = f64> {
     column_count: usize,
     /// Where the entries of every row begin, and where the last ends.
-    offsets: Vec<usize>,
-    columns: Vec<usize>,
+    offsets: Arc<Vec<usize>>,
+    columns: Arc<Vec<usize>>,
     values: Vec<T>,
 }
 
@@ -72,7 +75,17 @@ impl<T: Scalar> CsrMatrix<T> {
                 return Err(CsrError::Columns(row));
             }
         }
-        Ok(Self { column_count, offsets, columns, values })
+        Ok(Self::checked(column_count, offsets, columns, values))
+    }
+
+    /// A matrix of arrays that are known to be one.
+    fn checked(column_count: usize, offsets: Vec<usize>, columns: Vec<usize>, values: Vec<T>) -> Self {
+        Self { column_count, offsets: Arc::new(offsets), columns: Arc::new(columns), values }
+    }
+
+    /// Offsets, columns and values, which are copied where another matrix has them, too.
+    fn into_arrays(self) -> (Vec<usize>, Vec<usize>, Vec<T>) {
+        (Arc::unwrap_or_clone(self.offsets), Arc::unwrap_or_clone(self.columns), self.values)
     }
 
     /// The symmetric matrix of a diagonal and couplings (i, j, x), each of which adds x to the entry (i, j) and its conjugate to (j, i),
@@ -193,7 +206,7 @@ impl CsrMatrix {
             values.extend(columns[start..].iter().map(|&column: &usize| sums[column]));
             offsets.push(columns.len());
         }
-        Self { column_count: other.column_count, offsets, columns, values }
+        Self::checked(other.column_count, offsets, columns, values)
     }
 
     /// The transposed matrix. O(entries).
@@ -208,7 +221,7 @@ impl CsrMatrix {
             values[next[column]] = value;
             next[column] += 1;
         }
-        Self { column_count: self.row_count(), offsets, columns, values }
+        Self::checked(self.row_count(), offsets, columns, values)
     }
 
     /// The rows and columns of a square matrix that are kept, in their order. O(entries).
@@ -232,7 +245,7 @@ impl CsrMatrix {
             }
             offsets.push(columns.len());
         }
-        Self { column_count: count, offsets, columns, values }
+        Self::checked(count, offsets, columns, values)
     }
 
     /// `self + factor · other` for a matrix whose pattern is part of this one's. O(entries).
@@ -258,8 +271,8 @@ impl CsrMatrix {
 
 impl From<CsrMatrix> for SparseRowMat<usize, f64> {
     fn from(matrix: CsrMatrix) -> Self {
-        let CsrMatrix { column_count, offsets, columns, values } = matrix;
-        let rows = offsets.len() - 1;
+        let (rows, column_count) = (matrix.row_count(), matrix.column_count);
+        let (offsets, columns, values) = matrix.into_arrays();
         SparseRowMat::new(
             SymbolicSparseRowMat::new_checked(rows, column_count, offsets, None, columns),
             values,
@@ -283,7 +296,7 @@ impl From<SparseRowMat<usize, f64>> for CsrMatrix {
             values.extend(entries.iter().map(|&(_, value)| value));
             offsets.push(columns.len());
         }
-        Self { column_count: matrix.ncols(), offsets, columns, values }
+        Self::checked(matrix.ncols(), offsets, columns, values)
     }
 }
 
@@ -306,8 +319,9 @@ impl From<SparseColMat<usize, f64>> for CsrMatrix {
 #[cfg(feature = "nalgebra")]
 impl From<CsrMatrix> for nalgebra_sparse::CsrMatrix<f64> {
     fn from(matrix: CsrMatrix) -> Self {
-        let CsrMatrix { column_count, offsets, columns, values } = matrix;
-        Self::try_from_csr_data(offsets.len() - 1, column_count, offsets, columns, values)
+        let (rows, column_count) = (matrix.row_count(), matrix.column_count);
+        let (offsets, columns, values) = matrix.into_arrays();
+        Self::try_from_csr_data(rows, column_count, offsets, columns, values)
             .expect("rows are sorted and columns are inside")
     }
 }
@@ -317,7 +331,7 @@ impl From<nalgebra_sparse::CsrMatrix<f64>> for CsrMatrix {
     fn from(matrix: nalgebra_sparse::CsrMatrix<f64>) -> Self {
         let column_count = matrix.ncols();
         let (offsets, columns, values) = matrix.disassemble();
-        Self { column_count, offsets, columns, values }
+        Self::checked(column_count, offsets, columns, values)
     }
 }
 
