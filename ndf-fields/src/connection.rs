@@ -7,7 +7,6 @@ use num_complex::Complex64;
 use crate::bundle::TangentBundle;
 
 /// The Hermitian matrix of a quadratic form on one complex number for every place.
-#[derive(Default)]
 pub(crate) struct Couplings {
     diagonal: Vec<Complex64>,
     couplings: Vec<(u32, u32, Complex64)>,

@@ -1,7 +1,5 @@
 //! Numbers that matrices and their factors hold.
 
-#![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
-
 use std::borrow::Cow;
 use std::iter::Sum;
 use std::ops::{AddAssign, Mul, SubAssign};
