@@ -14,6 +14,7 @@ use ndf_core::{Cancelled, DVec3, Progress, Sparingly};
 use ndf_mesh::NO_HALFEDGE;
 use ndf_mesh::{Face, Halfedge, ManifoldMesh};
 
+use self::blocks::Reduced;
 use self::seams::Seams;
 use crate::editable_mesh::EditableMesh;
 use crate::quadric::Quadric;
@@ -74,7 +75,9 @@ const ASKED: u32 = 4096;
 /// Decimates a mesh. Deterministic; O(n log n), on the calling thread. Meshes of a million faces and more are first decimated in
 /// blocks of some ten thousand, on all threads.
 ///
-/// The result has the topology of the input, and no face without area unless the input had it. If the input
+/// The result has the topology of the input, and no face without area unless the input had it. Which place comes off worst
+/// depends on the order of collapses: vertices moved by a hundred-thousandth of the diagonal change the largest distance from the
+/// input by a tenth or more, up or down, and so do blocks. If the input
 /// has no more faces than asked for it is returned as it is.
 pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn Progress) -> Decimated {
     if mesh.face_count() <= options.faces {
@@ -87,11 +90,21 @@ pub fn decimate(mesh: &ManifoldMesh, options: &DecimationOptions, progress: &dyn
         let _ = work.run(options.faces, progress);
         return work.decimated();
     };
-    let births = reduced.births;
-    let mut work = Decimation::around(&reduced.mesh, options, mesh.bounds().center());
-    drop(reduced.mesh);
-    (work.quadrics, work.areas) = (reduced.quadrics, reduced.areas);
-    (work.collapses, work.largest_cost) = (reduced.collapses, reduced.largest_cost);
+    decimated_further(reduced, mesh.bounds().center(), options, progress)
+}
+
+/// What blocks left, decimated as a whole; `center` is that of the input.
+fn decimated_further(
+    reduced: Reduced,
+    center: DVec3,
+    options: &DecimationOptions,
+    progress: &dyn Progress,
+) -> Decimated {
+    let Reduced { mesh, births, quadrics, areas, collapses, largest_cost } = reduced;
+    let mut work = Decimation::around(&mesh, options, center);
+    drop(mesh);
+    (work.quadrics, work.areas) = (quadrics, areas);
+    (work.collapses, work.largest_cost) = (collapses, largest_cost);
     work.gather_quadrics(false, true);
     let _ = work.run(options.faces, &blocks::rest(progress));
     let mut found = work.decimated();

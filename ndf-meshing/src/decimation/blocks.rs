@@ -66,7 +66,7 @@ pub(super) fn reduced(
 }
 
 /// As [`reduced`], in blocks of so many faces, to about so many.
-fn reduced_by(
+pub(super) fn reduced_by(
     block: usize,
     left: usize,
     mesh: &ManifoldMesh,

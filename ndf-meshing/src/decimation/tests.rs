@@ -1,8 +1,12 @@
 use ndf_core::{Hint, NoProgress};
+use ndf_mesh::metrics::{MeasureOptions, measure};
 use ndf_mesh::sampling::AreaSampler;
 use ndf_mesh::triangle_tree::TriangleTree;
 use ndf_mesh::{TriangleMesh, ValidationReport};
 use ndf_mesh::{repair, shapes};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
 
 use super::*;
 
@@ -74,6 +78,39 @@ fn distance_falls_as_faces_are_added() {
     let errors: Vec<f64> =
         [200, 800, 3200].iter().map(|&n| distances(&decimated(&fine, n).mesh, &fine).0).collect();
     assert!(errors[0] > 2.5 * errors[1] && errors[1] > 2.5 * errors[2], "{errors:?}");
+}
+
+/// How far one result is from the input is a matter of luck: it differs as vertices are moved a little. Not so in the mean.
+#[test]
+fn blocks_come_as_close_as_the_whole() {
+    let wavy = |p: DVec3| p * (1.0 + 0.05 * (9.0 * p.x).sin() * (11.0 * p.y).sin() * (7.0 * p.z).cos());
+    let shapes = [
+        shapes::rope_knot(600, 60, 0.24),
+        shapes::torus(240, 150, 1.0, 0.4),
+        shapes::icosphere(6).map_positions(wavy),
+    ];
+    let options = DecimationOptions::to_faces(400);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let (mut rms, mut largest, mut rounds) = (0.0, 0.0, 0.0);
+    for shape in shapes.iter().cycle().take(12) {
+        let amount = 1e-5 * shape.bounds().diagonal();
+        let (mut positions, faces) = shape.clone().into_parts();
+        positions.iter_mut().for_each(|p| *p += amount * DVec3::from_array(rng.random()));
+        let fine = manifold(TriangleMesh::new(positions, faces).unwrap());
+        let reduced = blocks::reduced_by(1 << 13, 1 << 14, &fine, &options, &NoProgress).unwrap();
+        let by_blocks = decimated_further(reduced, fine.bounds().center(), &options, &NoProgress);
+        let [by_blocks, whole] = [by_blocks, decimated(&fine, options.faces)].map(|found| {
+            assert!(found.reached);
+            measure(&fine, &found.mesh, &MeasureOptions { samples: 20_000, seed: 0 }).unwrap()
+        });
+        let ratio = by_blocks.hausdorff / whole.hausdorff;
+        assert!(ratio < 2.0, "{ratio}");
+        rms += (by_blocks.reference_to_mesh.rms / whole.reference_to_mesh.rms).ln();
+        largest += ratio.ln();
+        rounds += 1.0;
+    }
+    let (rms, largest) = (f64::exp(rms / rounds), f64::exp(largest / rounds));
+    assert!(rms < 1.05 && largest < 1.15, "{rms} {largest}");
 }
 
 #[test]
