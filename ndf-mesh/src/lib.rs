@@ -39,6 +39,7 @@ pub mod surface_point;
 mod triangle_mesh;
 pub mod triangle_tree;
 mod validation;
+mod z_curve;
 
 pub use colour_map::ColourMap;
 pub use face_point::FacePoint;
@@ -52,3 +53,4 @@ pub use surface_point::SurfacePoint;
 pub use triangle_mesh::{FaceIndexOutOfRange, TriangleMesh};
 pub use triangle_tree::{ClosestPoint, RayHit, TriangleTree};
 pub use validation::{Defect, ValidationReport};
+pub use z_curve::{Z_CURVE_DIGITS, z_curve_place};

@@ -1,10 +1,8 @@
 //! Fewer points of a large cloud, as evenly spread.
 
 use ndf_core::{BoundingBox, DVec3};
+use ndf_mesh::{Z_CURVE_DIGITS, z_curve_place};
 use rayon::prelude::*;
-
-/// Bits of a coordinate in a Morton code.
-const BITS: u32 = 21;
 
 /// `count` of some finite points, in ascending order; all, if there are no more. They are picked at equal distances along a Morton
 /// curve, so that dense parts stay denser than others. O(n log n) on all threads.
@@ -14,11 +12,8 @@ pub fn evenly_picked(positions: &[DVec3], count: usize) -> Vec<u32> {
         return (0..all as u32).collect();
     }
     let bounds = BoundingBox::of_points(positions);
-    let scale = f64::from((1_u32 << BITS) - 1) / bounds.extent().max_element();
-    let code = |p: DVec3| {
-        let [x, y, z] = ((p - bounds.min) * scale).to_array().map(|x| spread(x as u64));
-        x | (y << 1) | (z << 2)
-    };
+    let scale = f64::from((1_u32 << Z_CURVE_DIGITS) - 1) / bounds.extent().max_element();
+    let code = |p: DVec3| z_curve_place(((p - bounds.min) * scale).to_array().map(|x| x as u64));
     let mut order: Vec<(u64, u32)> =
         positions.par_iter().zip(0..all as u32).map(|(&p, i)| (code(p), i)).collect();
     order.par_sort_unstable();
@@ -27,29 +22,9 @@ pub fn evenly_picked(positions: &[DVec3], count: usize) -> Vec<u32> {
     picked
 }
 
-/// The lower 21 bits, with two free places between each and the next.
-fn spread(x: u64) -> u64 {
-    let steps = [
-        (32, 0x001f_0000_0000_ffff),
-        (16, 0x001f_0000_ff00_00ff),
-        (8, 0x100f_00f0_0f00_f00f),
-        (4, 0x10c3_0c30_c30c_30c3),
-        (2, 0x1249_2492_4924_9249),
-    ];
-    steps.into_iter().fold(x & ((1 << BITS) - 1), |x, (shift, mask)| (x | (x << shift)) & mask)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn bits_are_spread() {
-        for x in [0, 1, 0b101, 0x1f_ffff, 0x12_3456] {
-            let expected: u64 = (0..BITS).map(|bit| ((x >> bit) & 1) << (3 * bit)).sum();
-            assert_eq!(spread(x), expected);
-        }
-    }
 
     #[test]
     fn every_part_keeps_its_share() {
