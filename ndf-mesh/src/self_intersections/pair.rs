@@ -75,6 +75,11 @@ fn agree(signs: [f64; 3]) -> bool {
 /// Whether two triangles with area have more in common than their common corners and sides.
 pub(super) fn intersect(first: &Triangle, second: &Triangle) -> bool {
     let (p, q) = (first.corners, second.corners);
+    // Of faces so small that products vanish, boxes in double precision still know.
+    let [own, other] = [p, q].map(|corners| BoundingBox::of_points(&corners));
+    if own.min.cmpgt(other.max).any() || other.min.cmpgt(own.max).any() {
+        return false;
+    }
     let mut partners = [None; 3];
     // Which corners are shared.
     let (mut own, mut others) = ([false; 3], [false; 3]);
