@@ -216,6 +216,17 @@ mod tests {
         assert_eq!(count(&union(&sphere, &apart)).pairs, 0);
     }
 
+    /// One coordinate as far away as a damaged file has it: boxes in single precision part nothing, and products of the sides of all other
+    /// faces vanish beside it.
+    #[test]
+    fn a_corner_very_far_away_hides_nothing() {
+        let sphere = shapes::icosphere(3);
+        let both = union(&sphere, &sphere.map_positions(|p| p + DVec3::new(0.7, 0.11, 0.05)));
+        let expected = count(&both).pairs;
+        let far = [[1e155, 5.0, 5.0], [5.0, 6.0, 5.0], [5.0, 5.0, 6.0]];
+        assert_eq!(count(&union(&both, &mesh(&[far]))).pairs, expected);
+    }
+
     #[test]
     fn counting_ends_where_there_are_enough() {
         // Every triangle stabs every other.
