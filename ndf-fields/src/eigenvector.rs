@@ -1,7 +1,7 @@
 //! The smallest eigenvector of a quadratic form on one complex number a vertex.
 
 use ndf_core::Progress;
-use ndf_spectral::faer::{Mat, Side, c64};
+use ndf_spectral::faer::{Mat, Side};
 use ndf_spectral::{Cholesky, CsrMatrix, SymbolicCholesky};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
@@ -145,11 +145,35 @@ fn best_of(
     let k = span.len();
     let images: Vec<Vec<Complex64>> = span.iter().map(|x| form.image(x)).collect();
     let entry = |i: usize, j: usize| form.inner(span[i].iter().zip(images[j].iter().copied()));
-    let projected = Mat::<c64>::from_fn(k, k, |i, j| 0.5 * (entry(i, j) + entry(j, i).conj()));
+    let hermitian = |i: usize, j: usize| 0.5 * (entry(i, j) + entry(j, i).conj());
+    // A + iB is the symmetric matrix (A −B; B A) of twice the size: complex eigensolvers would fill programs for this alone.
+    let parts = match form {
+        Form::Hermitian(_) => 2,
+        Form::Real(_) => 1,
+    };
+    let projected =
+        Mat::from_fn(parts * k, parts * k, |r, c| match (hermitian(r % k, c % k), r / k, c / k) {
+            (z, 0, 0) | (z, 1, 1) => z.re,
+            (z, 0, _) => -z.im,
+            (z, ..) => z.im,
+        });
     let eigen =
         projected.self_adjoint_eigen(Side::Lower).map_err(|_| FieldError::NotConverged(0, f64::NAN))?;
-    let column = |c: usize| combination(span, &(0..k).map(|r| eigen.U()[(r, c)]).collect::<Vec<_>>());
-    Ok((eigen.S()[0].re, (0..count.min(k)).map(column).collect()))
+    // Every complex vector is there twice, once turned by i.
+    let mut lowest: Vec<Vec<Complex64>> = Vec::new();
+    for c in 0..parts * k {
+        let part = |r: usize| if r < parts * k { eigen.U()[(r, c)] } else { 0.0 };
+        let mut vector: Vec<Complex64> = (0..k).map(|r| Complex64::new(part(r), part(k + r))).collect();
+        for other in &lowest {
+            let along: Complex64 = other.iter().zip(&vector).map(|(a, b)| a.conj() * b).sum();
+            vector.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
+        }
+        let norm = vector.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
+        if norm > 1e-3 && lowest.len() < count {
+            lowest.push(vector.iter().map(|x| x / norm).collect());
+        }
+    }
+    Ok((eigen.S()[0], lowest.iter().map(|factors| combination(span, factors)).collect()))
 }
 
 /// The sum of vectors times numbers.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops of a known length over registers")]
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Numbers in a row. Blocks of four functions need some two thirds of the applications of blocks of eight, and keep a
 /// core as busy: both are limited by memory.
@@ -40,12 +40,14 @@ pub(crate) fn run<K: Kernel>(kernel: K) -> K::Output {
         }
     }
 
-    // Not the vectors of eight that `Arch` would take where there are some.
+    // Not the vectors of eight that `Arch` would take where there are some, nor code for all that it knows.
     #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return Simd::vectorize(simd, Dispatch(kernel));
+    match pulp::x86::V3::try_new() {
+        Some(simd) => Simd::vectorize(simd, Dispatch(kernel)),
+        None => Simd::vectorize(pulp::Scalar::new(), Dispatch(kernel)),
     }
-    Arch::new().dispatch(Dispatch(kernel))
+    #[cfg(not(target_arch = "x86_64"))]
+    pulp::Arch::new().dispatch(Dispatch(kernel))
 }
 
 /// A row in registers.
