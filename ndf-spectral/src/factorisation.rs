@@ -408,7 +408,7 @@ mod tests {
             a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13)
         };
         for (solution, side) in found.iter().zip(&sides) {
-            assert!(near(&real(&[matrix.multiply(solution)]), &real(&[side.clone()])));
+            assert!(near(&real(&[matrix.multiply(solution)]), &real(std::slice::from_ref(side))));
         }
         let found = real(&found);
         assert!(near(&found, &solved(SymbolicCholesky::of_pairs(&pairs).unwrap(), &pairs, real(&sides))));

@@ -74,7 +74,15 @@ fn wheel(environment: &Path) -> Result<PathBuf, String> {
         std::fs::remove_dir_all(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
     }
     let mut maturin = Command::new(program(environment, "maturin"));
-    maturin.args(["build", "--profile", "wheel", "--locked", "--manifest-path", "ndf-py/Cargo.toml", "--out"]);
+    maturin.args([
+        "build",
+        "--profile",
+        "wheel",
+        "--locked",
+        "--manifest-path",
+        "ndf-py/Cargo.toml",
+        "--out",
+    ]);
     shell::run(maturin.arg(&wheels).current_dir(root()))?;
     let found = std::fs::read_dir(&wheels).ok().into_iter().flatten().flatten().map(|entry| entry.path());
     let wheel = found.into_iter().next().ok_or("maturin left no wheel")?;
