@@ -145,35 +145,47 @@ fn best_of(
     let k = span.len();
     let images: Vec<Vec<Complex64>> = span.iter().map(|x| form.image(x)).collect();
     let entry = |i: usize, j: usize| form.inner(span[i].iter().zip(images[j].iter().copied()));
-    let hermitian = |i: usize, j: usize| 0.5 * (entry(i, j) + entry(j, i).conj());
-    // A + iB is the symmetric matrix (A −B; B A) of twice the size: complex eigensolvers would fill programs for this alone.
+    let projected = Mat::from_fn(k, k, |i, j| 0.5 * (entry(i, j) + entry(j, i).conj()));
+    let (lowest, vectors) = lowest_eigenvectors(form, &projected, count)?;
+    Ok((lowest, vectors.iter().map(|factors| combination(span, factors)).collect()))
+}
+
+/// The smallest eigenvalue of a small Hermitian matrix, and vectors of so many of the smallest; real ones of a [real form](Form::Real).
+fn lowest_eigenvectors(
+    form: &Form,
+    matrix: &Mat<Complex64>,
+    count: usize,
+) -> Result<(f64, Vec<Vec<Complex64>>), FieldError> {
+    let k = matrix.nrows();
+    // A + iB has the eigenvalues of the symmetric (A −B; B A): programs need no complex eigensolver.
     let parts = match form {
         Form::Hermitian(_) => 2,
         Form::Real(_) => 1,
     };
-    let projected =
-        Mat::from_fn(parts * k, parts * k, |r, c| match (hermitian(r % k, c % k), r / k, c / k) {
-            (z, 0, 0) | (z, 1, 1) => z.re,
-            (z, 0, _) => -z.im,
-            (z, ..) => z.im,
-        });
-    let eigen =
-        projected.self_adjoint_eigen(Side::Lower).map_err(|_| FieldError::NotConverged(0, f64::NAN))?;
-    // Every complex vector is there twice, once turned by i.
+    let real = Mat::from_fn(parts * k, parts * k, |r, c| match (matrix[(r % k, c % k)], r / k, c / k) {
+        (z, 0, 0) | (z, 1, 1) => z.re,
+        (z, 0, _) => -z.im,
+        (z, ..) => z.im,
+    });
+    let eigen = real.self_adjoint_eigen(Side::Lower).map_err(|_| FieldError::NotConverged(0, f64::NAN))?;
     let mut lowest: Vec<Vec<Complex64>> = Vec::new();
     for c in 0..parts * k {
+        if lowest.len() == count {
+            break;
+        }
         let part = |r: usize| if r < parts * k { eigen.U()[(r, c)] } else { 0.0 };
         let mut vector: Vec<Complex64> = (0..k).map(|r| Complex64::new(part(r), part(k + r))).collect();
         for other in &lowest {
             let along: Complex64 = other.iter().zip(&vector).map(|(a, b)| a.conj() * b).sum();
             vector.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
         }
+        // Every complex vector is there twice, the second time turned by i or so: nothing is left of that.
         let norm = vector.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
-        if norm > 1e-3 && lowest.len() < count {
+        if norm > 1e-3 {
             lowest.push(vector.iter().map(|x| x / norm).collect());
         }
     }
-    Ok((eigen.S()[0], lowest.iter().map(|factors| combination(span, factors)).collect()))
+    Ok((eigen.S()[0], lowest))
 }
 
 /// The sum of vectors times numbers.
@@ -243,5 +255,30 @@ mod tests {
                 (0..found.len()).map(|v| square(image[v] / areas[v] - energy * found[v], areas[v])).sum();
             assert!(left.sqrt() < 1e-5 * energy, "n = {n}: {:.1e}", left.sqrt() / energy);
         }
+    }
+
+    #[test]
+    fn eigenvectors_of_a_multiple_eigenvalue_are_independent() {
+        let (a, b) = (Complex64::new(0.6, 0.0), Complex64::new(0.0, 0.8));
+        let form = Form::Hermitian(CsrMatrix::symmetric(&[Complex64::ZERO; 3], std::iter::empty()));
+        // 1 on a plane and 3 on the line of (a, b, 0).
+        let line = [a, b, Complex64::ZERO];
+        let matrix = Mat::from_fn(3, 3, |i, j| {
+            2.0 * line[i] * line[j].conj() + Complex64::from(f64::from(u8::from(i == j)))
+        });
+        let (lowest, vectors) = lowest_eigenvectors(&form, &matrix, 3).unwrap();
+        approx::assert_abs_diff_eq!(lowest, 1.0, epsilon = 1e-12);
+        for (i, x) in vectors.iter().enumerate() {
+            for (j, y) in vectors.iter().enumerate() {
+                let product: Complex64 = x.iter().zip(y).map(|(x, y)| x.conj() * y).sum();
+                assert!((product - f64::from(u8::from(i == j))).norm() < 1e-12, "{product}");
+            }
+            let eigenvalue = if i < 2 { 1.0 } else { 3.0 };
+            for r in 0..3 {
+                let image: Complex64 = (0..3).map(|c| matrix[(r, c)] * x[c]).sum();
+                assert!((image - eigenvalue * x[r]).norm() < 1e-12);
+            }
+        }
+        assert_eq!(vectors.len(), 3);
     }
 }

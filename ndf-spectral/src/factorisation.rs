@@ -307,7 +307,7 @@ impl<T: Scalar> Cholesky<T> {
         self.symbolic.symbolic.nrows()
     }
 
-    /// Solves for right-hand sides, each replaced by its solution. Four of them, or two complex ones, cost little more than one: the
+    /// Solves for right-hand sides, each replaced by its solution. Up to four real ones, or two complex ones, are solved for at once: the
     /// factor is read twice for all of them.
     ///
     /// # Panics

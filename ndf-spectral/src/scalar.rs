@@ -91,6 +91,51 @@ pub trait Entry: Sized {
     fn reduce<S: Simd>(simd: S, vector: Self::Vector<S>) -> Self;
 }
 
+/// Operations on vectors of entries, which pulp has under a name for each type.
+macro_rules! vector_operations {
+    ($cut:ident, $cut_mut:ident, $splat:ident, $mul_add:ident, $conj_mul_add:ident, $reduce:ident) => {
+        #[inline(always)]
+        fn vectors<S: Simd>(values: &[Self]) -> (&[Self::Vector<S>], &[Self]) {
+            S::$cut(values)
+        }
+
+        #[inline(always)]
+        fn vectors_mut<S: Simd>(values: &mut [Self]) -> (&mut [Self::Vector<S>], &mut [Self]) {
+            S::$cut_mut(values)
+        }
+
+        #[inline(always)]
+        fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S> {
+            simd.$splat(value)
+        }
+
+        #[inline(always)]
+        fn mul_add<S: Simd>(
+            simd: S,
+            a: Self::Vector<S>,
+            b: Self::Vector<S>,
+            c: Self::Vector<S>,
+        ) -> Self::Vector<S> {
+            simd.$mul_add(a, b, c)
+        }
+
+        #[inline(always)]
+        fn conj_mul_add<S: Simd>(
+            simd: S,
+            a: Self::Vector<S>,
+            b: Self::Vector<S>,
+            c: Self::Vector<S>,
+        ) -> Self::Vector<S> {
+            simd.$conj_mul_add(a, b, c)
+        }
+
+        #[inline(always)]
+        fn reduce<S: Simd>(simd: S, vector: Self::Vector<S>) -> Self {
+            simd.$reduce(vector)
+        }
+    };
+}
+
 impl Entry for f64 {
     const FUNCTIONS: usize = WIDTH;
     const TILE: usize = 8;
@@ -134,45 +179,14 @@ impl Entry for f64 {
         sum
     }
 
-    #[inline(always)]
-    fn vectors<S: Simd>(values: &[Self]) -> (&[Self::Vector<S>], &[Self]) {
-        S::as_simd_f64s(values)
-    }
-
-    #[inline(always)]
-    fn vectors_mut<S: Simd>(values: &mut [Self]) -> (&mut [Self::Vector<S>], &mut [Self]) {
-        S::as_mut_simd_f64s(values)
-    }
-
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S> {
-        simd.splat_f64s(value)
-    }
-
-    #[inline(always)]
-    fn mul_add<S: Simd>(
-        simd: S,
-        a: Self::Vector<S>,
-        b: Self::Vector<S>,
-        c: Self::Vector<S>,
-    ) -> Self::Vector<S> {
-        simd.mul_add_e_f64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn conj_mul_add<S: Simd>(
-        simd: S,
-        a: Self::Vector<S>,
-        b: Self::Vector<S>,
-        c: Self::Vector<S>,
-    ) -> Self::Vector<S> {
-        simd.mul_add_e_f64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn reduce<S: Simd>(simd: S, vector: Self::Vector<S>) -> Self {
-        simd.reduce_sum_f64s(vector)
-    }
+    vector_operations!(
+        as_simd_f64s,
+        as_mut_simd_f64s,
+        splat_f64s,
+        mul_add_e_f64s,
+        mul_add_e_f64s,
+        reduce_sum_f64s
+    );
 }
 
 impl Entry for c64 {
@@ -227,45 +241,14 @@ impl Entry for c64 {
         simd::add(simd, re, if conjugate { -1.0 } else { 1.0 }, simd::load::<S, V>(simd, &turned))
     }
 
-    #[inline(always)]
-    fn vectors<S: Simd>(values: &[Self]) -> (&[Self::Vector<S>], &[Self]) {
-        S::as_simd_c64s(values)
-    }
-
-    #[inline(always)]
-    fn vectors_mut<S: Simd>(values: &mut [Self]) -> (&mut [Self::Vector<S>], &mut [Self]) {
-        S::as_mut_simd_c64s(values)
-    }
-
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S> {
-        simd.splat_c64s(value)
-    }
-
-    #[inline(always)]
-    fn mul_add<S: Simd>(
-        simd: S,
-        a: Self::Vector<S>,
-        b: Self::Vector<S>,
-        c: Self::Vector<S>,
-    ) -> Self::Vector<S> {
-        simd.mul_add_e_c64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn conj_mul_add<S: Simd>(
-        simd: S,
-        a: Self::Vector<S>,
-        b: Self::Vector<S>,
-        c: Self::Vector<S>,
-    ) -> Self::Vector<S> {
-        simd.conj_mul_add_e_c64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn reduce<S: Simd>(simd: S, vector: Self::Vector<S>) -> Self {
-        simd.reduce_sum_c64s(vector)
-    }
+    vector_operations!(
+        as_simd_c64s,
+        as_mut_simd_c64s,
+        splat_c64s,
+        mul_add_e_c64s,
+        conj_mul_add_e_c64s,
+        reduce_sum_c64s
+    );
 }
 
 #[cfg(test)]
