@@ -3,7 +3,8 @@
     python3 -m venv VENV && VENV/bin/pip install numpy scipy libigl pygeodesic
 
 Usage: protocol.py FOLDER. The folder holds two meshes as raw little-endian arrays, truth and candidate, positions NAME.f64 and faces
-NAME.u32. Prints a JSON line with versions; then for every line on standard input a JSON line with the errors of the candidate.
+NAME.u32. Prints a JSON line with versions; then for every line on standard input, "vertices" or "area", a JSON line with the errors of the candidate, means of which are
+over the vertices of the truth or over its area.
 
 Closest points are libigl's, distances pygeodesic's (MMP, by D. Kirsanov), matrices libigl's, modes SciPy's. A source inside of a
 face or an edge becomes a vertex: faces are split there, which leaves the surface what it is."""
@@ -67,9 +68,10 @@ def modes(vertices, faces, sigma):
     return values[order], functions[:, order], mass.diagonal()
 
 
-def of_distances(found, truth):
+def of_distances(found, truth, weights):
     error = np.abs(found - truth)
-    return error.mean(), error.mean() / truth.mean(), error.max()
+    mean = np.average(error, weights=weights)
+    return mean, mean / np.average(truth, weights=weights), error.max()
 
 
 def mode_errors(values, truth, found, areas):
@@ -85,7 +87,7 @@ def mode_errors(values, truth, found, areas):
     return np.average(errors, weights=sizes), max(errors)
 
 
-def protocol():
+def protocol(over):
     truth, candidate = read("truth"), read("candidate")
     vertices, faces = truth
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
@@ -97,12 +99,15 @@ def protocol():
         return sum(coordinates[:, k, None] * values[corners[:, k]].reshape(len(vertices), -1) for k in range(3))
 
     carried, own = [], []
+    doubled = igl.doublearea(vertices, faces)
+    areas = np.bincount(faces.ravel(), np.repeat(doubled, 3), len(vertices))
+    weights = areas if over == "area" else np.ones(len(vertices))
     for sign in (1, -1):
         corner = middle + sign * unit * np.ones(3)
         true, source = distances(corner, *truth)
         for place, into in ((source, carried), (corner, own)):
             found = transferred(distances(place, *candidate)[0])[:, 0]
-            into.append(of_distances(found, true))
+            into.append(of_distances(found, true, weights))
     true, functions, areas = modes(*truth, SIGMA / unit**2)
     found, others, _ = modes(*candidate, SIGMA / unit**2)
     relative = np.abs(found - true)[1:] / true[1:]
@@ -116,5 +121,5 @@ def protocol():
 
 
 print(json.dumps({name: version(name) for name in ("libigl", "pygeodesic", "scipy", "numpy")}), flush=True)
-for _ in sys.stdin:
-    print(json.dumps(protocol()), flush=True)
+for line in sys.stdin:
+    print(json.dumps(protocol(line.strip())), flush=True)

@@ -95,6 +95,24 @@ pub fn remesh_isotropically(
     Ok(work.into_manifold())
 }
 
+/// Splits edges in the middle until none is longer than `most`. No point of the surface moves. Faces come out with edges between
+/// half of it and all of it, where theirs were longer. O(n log n) for the n faces that there are in the end.
+///
+/// # Errors
+/// See [`IsotropicError`].
+pub fn split_edges(
+    mesh: &ManifoldMesh,
+    most: f64,
+    progress: &dyn Progress,
+) -> Result<ManifoldMesh, IsotropicError> {
+    if !(most > 0.0 && mesh.area() / (most * most) < 0.25 * MOST_FACES) {
+        return Err(IsotropicError::EdgeLength(most));
+    }
+    let mut work = EditableMesh::new(mesh);
+    split_long(&mut work, most, progress)?;
+    Ok(work.into_manifold())
+}
+
 fn length_squared(mesh: &EditableMesh, h: Halfedge) -> f64 {
     mesh.position(mesh.tail(h)).distance_squared(mesh.position(mesh.tip(h)))
 }
@@ -232,10 +250,10 @@ fn relax(mesh: &mut EditableMesh, surface: &dyn Surface) {
 mod tests {
     use super::*;
     use crate::triangle_shape::smallest_angles;
-    use ndf_core::NoProgress;
     use ndf_core::analytic::{Sphere, Torus};
+    use ndf_core::{Hint, NoProgress};
     use ndf_mesh::shapes;
-    use ndf_mesh::{TriangleMesh, ValidationReport};
+    use ndf_mesh::{TriangleMesh, TriangleTree, ValidationReport};
 
     fn remeshed(shape: TriangleMesh, surface: Option<&dyn Surface>, edge_length: f64) -> [ManifoldMesh; 2] {
         let mesh = ManifoldMesh::try_from(shape).unwrap();
@@ -303,9 +321,33 @@ mod tests {
     }
 
     #[test]
+    fn splitting_moves_no_point() {
+        for mesh in [shapes::cube(3), shapes::icosphere(2), shapes::grid(7, 3)] {
+            let mesh = ManifoldMesh::try_from(mesh).unwrap();
+            let length = |mesh: &EditableMesh, h: Halfedge| length_squared(mesh, h).sqrt();
+            let lengths = |mesh: &ManifoldMesh| -> Vec<f64> {
+                let mesh = EditableMesh::new(mesh);
+                mesh.halfedges().filter(|&h| !mesh.is_hole(h)).map(|h| length(&mesh, h)).collect()
+            };
+            let shortest = lengths(&mesh).into_iter().fold(f64::INFINITY, f64::min);
+            for most in [2.0 * shortest, 0.7 * shortest, 0.1 * shortest] {
+                let found = split_edges(&mesh, most, &NoProgress).unwrap();
+                assert!(lengths(&found).into_iter().all(|x| x <= most));
+                assert!((found.area() / mesh.area() - 1.0).abs() < 1e-10);
+                assert!(ValidationReport::of(&found).is_oriented_manifold());
+                assert_eq!(found.positions()[..mesh.vertex_count()], *mesh.positions());
+                let tree = TriangleTree::new(&mesh);
+                let off = |p: &DVec3| tree.closest_point(*p, Hint::NONE).unwrap().distance_squared.sqrt();
+                assert!(found.positions().iter().all(|p| off(p) < 1e-14));
+            }
+        }
+    }
+
+    #[test]
     fn impossible_lengths_are_refused() {
         let mesh = ManifoldMesh::try_from(shapes::icosphere(1)).unwrap();
         for edge_length in [0.0, -1.0, f64::NAN, 1e-9] {
+            assert!(split_edges(&mesh, edge_length, &NoProgress).is_err());
             let options = IsotropicOptions::with_edges_of(edge_length);
             assert!(remesh_isotropically(&mesh, None, &options, &NoProgress).is_err());
         }

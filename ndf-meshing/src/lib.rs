@@ -32,7 +32,7 @@ pub use base_mesh::{
 };
 pub use decimation::{Decimated, DecimationOptions, decimate};
 pub use editable_mesh::{Constraint, EditableMesh};
-pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically};
+pub use isotropic::{IsotropicError, IsotropicOptions, remesh_isotropically, split_edges};
 pub use marching_cubes::{Isosurface, IsosurfaceError, MarchingCubesOptions, marching_cubes};
 pub use quadric::Quadric;
 pub use remeshing::{FinalPassOptions, Improved, Target, improve};

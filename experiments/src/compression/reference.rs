@@ -6,7 +6,9 @@
 
 use std::borrow::Cow;
 
-use ndf::evaluate::{DistanceErrors, DistanceProtocol, DistanceTruth, SourceRule, eigenvalue_errors};
+use ndf::evaluate::{
+    Averaging, DistanceErrors, DistanceProtocol, DistanceTruth, SourceRule, eigenvalue_errors,
+};
 use ndf_core::NoProgress;
 use ndf_intrinsic::IntrinsicMesh;
 use ndf_mesh::metrics::{MeasureOptions, measure};
@@ -16,7 +18,8 @@ use ndf_model::{LengthFactors, Similarity};
 use ndf_spectral::{ModeOptions, modes};
 
 /// Up to 4,000 vertices to which distances are compared, inside of faces of meshes of up to 100,000.
-const DISTANCES: DistanceProtocol = DistanceProtocol { max_targets: 4_000, max_exact_faces: 100_000 };
+const DISTANCES: DistanceProtocol =
+    DistanceProtocol { max_targets: 4_000, max_exact_faces: 100_000, averaging: Averaging::Vertices };
 /// Meshes of fewer faces have their eigenvalues extrapolated.
 const FINE: usize = 200_000;
 /// Where coarse meshes are parted to at least so many faces for that.

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use ndf::evaluate::{Candidate, DistanceErrors, Errors, ProtocolOptions, SourceRule, Truth};
+use ndf::evaluate::{
+    Averaging, Candidate, DistanceErrors, DistanceProtocol, Errors, ProtocolOptions, SourceRule, Truth,
+};
 use ndf_core::{DVec3, NoProgress};
 use ndf_mesh::{ManifoldMesh, shapes};
 use ndf_meshing::{DecimationOptions, decimate};
@@ -23,11 +25,15 @@ pub(super) fn run(python: &Path) -> Result<(), String> {
         "| mesh | error | here | libigl, pygeodesic, SciPy | relative difference |\n|---|---|--:|--:|--:|"
     );
     let mut largest = 0.0_f64;
-    for (name, truth, candidate) in pairs()? {
+    let averagings = [("vertices", Averaging::Vertices), ("area", Averaging::Area)];
+    let runs = pairs()?.into_iter().flat_map(|pair| averagings.map(|averaging| (pair.clone(), averaging)));
+    for ((name, truth, candidate), (over, averaging)) in runs {
         scratch.write_mesh("truth", &truth)?;
         scratch.write_mesh("candidate", &candidate)?;
-        let theirs = peer.ask("errors")?;
-        let truth = Truth::new(truth, &ProtocolOptions::default(), &NoProgress).map_err(|e| e.to_string())?;
+        let theirs = peer.ask(over)?;
+        let distances = DistanceProtocol { averaging, ..DistanceProtocol::default() };
+        let options = ProtocolOptions { distances, ..ProtocolOptions::default() };
+        let truth = Truth::new(truth, &options, &NoProgress).map_err(|e| e.to_string())?;
         let solved = truth.solve(&Candidate::of_mesh(&candidate), &SourceRule::ALL, &NoProgress);
         let errors = truth.errors(&solved.map_err(|e| e.to_string())?, LengthFactors::ONE);
         for (error, ours) in figures(&errors) {
@@ -35,7 +41,7 @@ pub(super) fn run(python: &Path) -> Result<(), String> {
                 theirs.get(error).and_then(Value::as_f64).ok_or(format!("protocol.py: no {error}"))?;
             let difference = (ours / theirs - 1.0).abs();
             largest = largest.max(difference);
-            println!("| {name} | {error} | {ours:.10e} | {theirs:.10e} | {difference:.1e} |");
+            println!("| {name}, over {over} | {error} | {ours:.10e} | {theirs:.10e} | {difference:.1e} |");
         }
     }
     println!("\nlargest relative difference {largest:.1e}, allowed {ALLOWED:.0e}; {}", peer.greeting);

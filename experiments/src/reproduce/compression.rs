@@ -83,7 +83,7 @@ pub(super) fn rivals(subject: &Subject<'_>, setup: &Setup, runs: &mut Runs) -> R
                     Some(begun) => begun,
                     none => {
                         let modes = SmsOptions::to_faces(faces).modes;
-                        none.insert(SpectralSimplification::new(parts.truth.mesh(), modes, &NoProgress)?)
+                        none.insert(SpectralSimplification::new(&parts.remeshed, modes, &NoProgress)?)
                     }
                 };
                 Ok::<_, SmsError>(simplification.to_faces(faces, &NoProgress)?)

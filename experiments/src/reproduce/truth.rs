@@ -1,4 +1,5 @@
-//! Truths: meshes, and isosurfaces of fields, remeshed finely. Meshes are kept beside the build, since a truth of a network takes minutes.
+//! Truths: meshes with their faces divided, and isosurfaces of fields, remeshed finely. They are kept beside the build, since a truth of
+//! a network takes minutes.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -6,12 +7,14 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use ndf::evaluate::{ProtocolOptions, Truth};
+use ndf::evaluate::{Averaging, DistanceProtocol, ProtocolOptions, Truth};
 use ndf::{BaseSource, Opened};
 use ndf_core::{BoundingBox, ImplicitField, NoProgress};
 use ndf_mesh::repair::{RepairOptions, repaired};
 use ndf_mesh::{ManifoldMesh, TriangleMesh};
-use ndf_meshing::{IsotropicOptions, MarchingCubesOptions, marching_cubes, remesh_isotropically};
+use ndf_meshing::{
+    IsotropicOptions, MarchingCubesOptions, marching_cubes, remesh_isotropically, split_edges,
+};
 
 use super::Setup;
 use super::shapes::{Role, Shape};
@@ -21,6 +24,8 @@ use crate::performance::process::{read_mesh, write_mesh};
 const FINDING: u32 = 64;
 /// Rounds of remeshing, as many as the supplement's program has.
 const ROUNDS: u32 = 10;
+/// Edges of meshes are split until none is longer than so many times the length of remeshed edges: those of both come out alike.
+const SPLIT: f64 = 2.0;
 
 /// A shape with what others are compared with, which is made when it is first needed.
 pub(super) struct Subject<'a> {
@@ -35,6 +40,8 @@ pub(super) struct Parts {
     /// Isosurface on the finest grid: what methods get that start from a mesh.
     pub(super) isosurface: ManifoldMesh,
     pub(super) truth: Truth,
+    /// What spectral simplification starts from.
+    pub(super) remeshed: ManifoldMesh,
     /// How the truth was made.
     pub(super) made: String,
 }
@@ -69,7 +76,6 @@ impl Parts {
         eprintln!("{}: making the truth", shape.name);
         let stem = format!("{}-{:?}-{grid}", shape.name, shape.role).to_lowercase();
         let isosurface = kept(&setup.cache, &stem, isosurface).map_err(say)?;
-        // Of a mesh the truth is the mesh itself: an isosurface lacks what is smaller than its cells.
         let (start, source) = match (shape.role, &opened.base) {
             (Role::Mesh, BaseSource::Manifold(mesh)) => {
                 (Cow::Owned(largest_component(mesh)?), "the input".to_owned())
@@ -77,17 +83,29 @@ impl Parts {
             _ => (Cow::Borrowed(&isosurface), format!("marching cubes on {grid} cells")),
         };
         let edge_length = scale.truth_edge * unit(&start.bounds());
-        let remeshed = || {
+        let remesh = || {
             let options = IsotropicOptions { rounds: ROUNDS, ..IsotropicOptions::with_edges_of(edge_length) };
             remesh_isotropically(&start, None, &options, &NoProgress).map_err(|e| e.to_string())
         };
-        let stem = format!("{stem}-{}-truth", scale.truth_edge);
-        let fine = kept(&setup.cache, &stem, remeshed).map_err(say)?;
-        let made =
-            format!("{source}, remeshed isotropically to {}: {} faces", scale.truth_edge, fine.face_count());
+        let remeshed = kept(&setup.cache, &format!("{stem}-{}-remeshed", scale.truth_edge), remesh);
+        let remeshed = remeshed.map_err(say)?;
+        // Of a mesh the truth is the mesh itself: an isosurface lacks what is smaller than its cells, and remeshing cuts creases off,
+        // which takes more from eigenvalues than the errors of the models are.
+        let (fine, averaging, made) = if shape.role == Role::Mesh {
+            let most = SPLIT * scale.truth_edge;
+            let divided =
+                split_edges(&start, SPLIT * edge_length, &NoProgress).map_err(|e| say(e.to_string()))?;
+            (divided, Averaging::Area, format!("{source}, edges split to at most {most}"))
+        } else {
+            let made = format!("{source}, remeshed isotropically to {}", scale.truth_edge);
+            (remeshed.clone(), Averaging::Vertices, made)
+        };
+        let made = format!("{made}: {} faces", fine.face_count());
         eprintln!("{}: the truth is {made}", shape.name);
-        let truth = Truth::new(fine, &ProtocolOptions::default(), &NoProgress);
-        Ok(Self { opened, isosurface, truth: truth.map_err(|e| say(e.to_string()))?, made })
+        let distances = DistanceProtocol { averaging, ..DistanceProtocol::default() };
+        let options = ProtocolOptions { distances, ..ProtocolOptions::default() };
+        let truth = Truth::new(fine, &options, &NoProgress).map_err(|e| say(e.to_string()))?;
+        Ok(Self { opened, isosurface, truth, remeshed, made })
     }
 
     /// A length of the box in units of the shape.

@@ -16,6 +16,16 @@ use crate::analysis::closest_point;
 /// The places in the box whose closest points are the sources (supplement, §2.1).
 pub const SOURCES: [DVec3; 2] = [DVec3::ONE, DVec3::NEG_ONE];
 
+/// What errors are the means over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Averaging {
+    /// Vertices of the truth, as in the supplement: the surface, if they lie evenly on it.
+    #[default]
+    Vertices,
+    /// The surface: each vertex stands for the area around it.
+    Area,
+}
+
 /// Where distances are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DistanceProtocol {
@@ -24,12 +34,14 @@ pub struct DistanceProtocol {
     /// On candidates of up to so many faces, distances inside a face are exact, from windows, which fill the memory on larger ones.
     /// Elsewhere they are interpolated between the corners, as in the supplement.
     pub max_exact_faces: usize,
+    /// How the mean is taken.
+    pub averaging: Averaging,
 }
 
 impl Default for DistanceProtocol {
-    /// All vertices, interpolation everywhere.
+    /// All vertices, interpolation everywhere, means over vertices.
     fn default() -> Self {
-        Self { max_targets: usize::MAX, max_exact_faces: 0 }
+        Self { max_targets: usize::MAX, max_exact_faces: 0, averaging: Averaging::Vertices }
     }
 }
 
@@ -58,6 +70,8 @@ pub struct DistanceTruth {
     /// Vertices at which distances are compared, and where they are.
     targets: Vec<u32>,
     positions: Vec<DVec3>,
+    /// How much each counts.
+    weights: Vec<f64>,
     /// For each source, distances at the targets.
     distances: [Vec<f64>; 2],
 }
@@ -139,11 +153,19 @@ impl DistanceTruth {
         let stride = (mesh.vertex_count() / options.max_targets).max(1);
         let targets: Vec<u32> = (0..mesh.vertex_count() as u32).step_by(stride).collect();
         let at = |v: &u32| mesh.positions()[*v as usize];
+        let weights = match options.averaging {
+            Averaging::Vertices => vec![1.0; targets.len()],
+            Averaging::Area => {
+                let areas = areas(mesh);
+                targets.iter().map(|&v| areas[v as usize]).collect()
+            }
+        };
         Ok(Self {
             options: *options,
             places,
             sources: sources.map(|source| source.position(mesh)),
             positions: targets.iter().map(at).collect(),
+            weights,
             distances: found.map(|found| targets.iter().map(|&v| found.distances()[v as usize]).collect()),
             targets,
         })
@@ -225,16 +247,16 @@ impl DistanceTruth {
     /// Errors of distances that are multiplied by a factor. What no path reaches on the truth is left out. O(m).
     pub fn errors(&self, measured: &MeasuredDistances, factor: f64) -> DistanceErrors {
         let of_source = |truth: &[f64], found: &[f64]| {
-            let (mut errors, mut distances, mut max, mut count) = (0.0, 0.0, 0.0_f64, 0);
-            for (truth, found) in truth.iter().zip(found).filter(|(truth, _)| truth.is_finite()) {
+            let (mut errors, mut distances, mut max, mut all) = (0.0, 0.0, 0.0_f64, 0.0);
+            let pairs = truth.iter().zip(found).zip(&self.weights);
+            for ((truth, found), weight) in pairs.filter(|((truth, _), _)| truth.is_finite()) {
                 let error = (factor * found - truth).abs();
-                errors += error;
-                distances += truth;
+                errors += weight * error;
+                distances += weight * truth;
                 max = max.max(error);
-                count += 1;
+                all += weight;
             }
-            let count = f64::from(count);
-            SourceErrors { mean: errors / count, max, mean_distance: distances / count }
+            SourceErrors { mean: errors / all, max, mean_distance: distances / all }
         };
         DistanceErrors { sources: [0, 1].map(|s| of_source(&self.distances[s], &measured.distances[s])) }
     }
@@ -250,6 +272,15 @@ fn geodesics<'a>(
     let from = |source| exact_distances(mesh, &[source], options, progress);
     let (first, second) = rayon::join(|| from(first), || from(second));
     Ok([first?, second?])
+}
+
+/// A third of the area of the faces around each vertex.
+fn areas(mesh: &ManifoldMesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.vertex_count()];
+    for (f, face) in mesh.face_indices().zip(mesh.faces()) {
+        face.iter().for_each(|&v| areas[v as usize] += mesh.face_area(f) / 3.0);
+    }
+    areas
 }
 
 fn closest(

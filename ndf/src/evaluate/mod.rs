@@ -45,8 +45,8 @@ use ndf_spectral::{ModeOptions, OperatorOptions, SpectralError};
 use serde::Serialize;
 
 pub use distances::{
-    DistanceErrors, DistanceProtocol, DistanceTruth, Feet, MeasuredDistances, SOURCES, SourceErrors,
-    SourceRule,
+    Averaging, DistanceErrors, DistanceProtocol, DistanceTruth, Feet, MeasuredDistances, SOURCES,
+    SourceErrors, SourceRule,
 };
 pub use spectrum::{
     CLUSTER_GAP, EigenvalueErrors, MeasuredSpectrum, ModeErrors, SpectralTruth, eigenvalue_errors,

@@ -1,5 +1,6 @@
 use ndf_core::{DVec3, NoProgress};
 use ndf_mesh::{ManifoldMesh, shapes};
+use ndf_meshing::split_edges;
 
 use super::*;
 
@@ -9,11 +10,12 @@ fn sphere(levels: u32) -> ManifoldMesh {
 
 /// A sphere with bumps, without symmetry.
 fn bumpy(levels: u32) -> ManifoldMesh {
-    let bump = |p: DVec3| {
-        let waves = (5.0 * p.x + 1.0).sin() * (4.0 * p.y).sin() + 0.5 * (9.0 * p.z + p.x).sin();
-        p * (1.0 + 0.1 * waves) * DVec3::new(1.0, 1.2, 1.5)
-    };
     ManifoldMesh::try_from(shapes::icosphere(levels).map_positions(bump)).unwrap()
+}
+
+fn bump(p: DVec3) -> DVec3 {
+    let waves = (5.0 * p.x + 1.0).sin() * (4.0 * p.y).sin() + 0.5 * (9.0 * p.z + p.x).sin();
+    p * (1.0 + 0.1 * waves) * DVec3::new(1.0, 1.2, 1.5)
 }
 
 fn truth(mesh: ManifoldMesh) -> Truth {
@@ -94,6 +96,25 @@ fn errors_do_not_depend_on_place_and_unit() {
     }
     near(here.eigenvalues.mean, there.eigenvalues.mean);
     near(here.modes.mean, there.modes.mean);
+}
+
+/// Two triangulations of one surface, of which the coarse one is dense on one side: its mean is that of the surface only if it is taken over
+/// the area.
+#[test]
+fn means_over_the_area_are_those_of_the_surface() {
+    let crowded = shapes::icosphere(4).map_positions(|p| bump((p + 0.6 * DVec3::Z).normalize()));
+    let (surface, other) = (ManifoldMesh::try_from(crowded).unwrap(), bumpy(2));
+    let mean = |edge: f64, averaging: Averaging| {
+        let divided = split_edges(&surface, edge, &NoProgress).unwrap();
+        let distances = DistanceProtocol { averaging, ..DistanceProtocol::default() };
+        let options = ProtocolOptions { distances, ..ProtocolOptions::default() };
+        let truth = Truth::new(divided, &options, &NoProgress).unwrap();
+        errors(&truth, &other).distances_carried.unwrap().mean()
+    };
+    let truth = mean(0.025, Averaging::Area);
+    let off =
+        [Averaging::Area, Averaging::Vertices].map(|averaging| (mean(1.0, averaging) / truth - 1.0).abs());
+    assert!(off[0] < 0.01 && off[1] > 0.03, "{off:?}");
 }
 
 #[test]
