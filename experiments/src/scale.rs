@@ -77,6 +77,16 @@ impl Row for Measured {
     }
 }
 
+impl Measured {
+    /// Rows of a table in the order of their sizes, kinds and commands.
+    fn order(&self) -> (u32, Option<usize>, Option<usize>) {
+        fn place<T: ValueEnum>(of: &str) -> Option<usize> {
+            T::value_variants().iter().position(|value| name(value) == of)
+        }
+        (self.size, place::<Kind>(&self.kind), place::<Job>(&self.command))
+    }
+}
+
 fn key(kind: &str, size: u32, command: &str) -> String {
     format!("{kind} {size} {command}")
 }
@@ -106,7 +116,8 @@ pub(crate) fn run(options: &Options) -> Result<(), String> {
             }
         }
     }
-    let rows: Vec<&Measured> = rows.all().iter().collect();
+    let mut rows: Vec<&Measured> = rows.all().iter().collect();
+    rows.sort_by_key(|row| row.order());
     let plot = |file: &str, title: &str, axis: &str, figure: fn(&Measured) -> f64| -> Result<(), String> {
         let file = docs.join("scale").join(file);
         let say = |e: &dyn std::fmt::Display| format!("{}: {e}", file.display());

@@ -16,8 +16,7 @@ const ON_EDGE: f64 = 1e-9;
 /// Pseudonormals of all faces, edges and vertices of a mesh.
 #[derive(Clone, Debug)]
 pub struct Pseudonormals {
-    faces: Vec<DVec3>,
-    /// The mesh, vertices at equal positions being one.
+    /// The mesh, vertices at equal positions being one. Normals of faces are found when asked for.
     welded: TriangleMesh,
     vertices: Vec<DVec3>,
     /// Of every face, the edges from corner 0 to 1, 1 to 2, and 2 to 0.
@@ -35,18 +34,16 @@ const OTHER: u32 = u32::MAX;
 impl Pseudonormals {
     /// Of a mesh with any connectivity; vertices at the same position count as one. O(n log degree).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        // A face with a corner that is not finite, or without area, contributes nothing.
-        let normal = |f| Some(mesh.face_normal(f)).filter(|n| n.is_finite()).unwrap_or(DVec3::ZERO);
-        let faces: Vec<DVec3> = mesh.face_indices().map(normal).collect();
         let welded = repair::welded(mesh, 0.0);
         let corners = welded.faces();
         let mut vertices = vec![DVec3::ZERO; welded.vertex_count()];
-        for (f, corners) in corners.iter().enumerate() {
+        for (face, corners) in welded.face_indices().zip(corners) {
+            let normal = normal(&welded, face);
             for k in 0..3 {
                 let [p, q, r] = [0, 1, 2].map(|i| welded.positions()[corners[(k + i) % 3] as usize]);
                 let angle = (q - p).cross(r - p).length().atan2((q - p).dot(r - p));
                 if angle.is_finite() {
-                    vertices[corners[k] as usize] += angle * faces[f];
+                    vertices[corners[k] as usize] += angle * normal;
                 }
             }
         }
@@ -68,19 +65,19 @@ impl Pseudonormals {
             edges.push(match edge {
                 [one, other] => [face(one).0, face(other).0],
                 _ => {
-                    others.push(mean(edge.iter().map(|side| faces[face(side).index()])));
+                    others.push(mean(edge.iter().map(|side| normal(&welded, side.1.face()))));
                     [OTHER, others.len() as u32 - 1]
                 }
             });
         }
         vertices.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
-        Self { faces, welded, vertices, sides, edges, others, closed }
+        Self { welded, vertices, sides, edges, others, closed }
     }
 
     fn of_edge(&self, edge: u32) -> DVec3 {
         match self.edges[edge as usize] {
             [OTHER, place] => self.others[place as usize],
-            pair => mean(pair.into_iter().map(|f| self.faces[f as usize])),
+            pair => mean(pair.into_iter().map(|f| self.of_face(Face(f)))),
         }
     }
 
@@ -109,7 +106,7 @@ impl Pseudonormals {
     /// # Panics
     /// If the face does not exist.
     pub fn of_face(&self, face: Face) -> DVec3 {
-        self.faces[face.index()]
+        normal(&self.welded, face)
     }
 
     /// Unit pseudonormal of the smallest element on which a point of a face lies. Where the normals of an
@@ -128,10 +125,15 @@ impl Pseudonormals {
             [true, true, false] => side(0),
             [false, true, true] => side(1),
             [true, false, true] => side(2),
-            _ => self.faces[f],
+            _ => self.of_face(point.face),
         };
-        if normal == DVec3::ZERO { self.faces[f] } else { normal }
+        if normal == DVec3::ZERO { self.of_face(point.face) } else { normal }
     }
+}
+
+/// The normal of a face; zero if it has a corner that is not finite, or no area.
+fn normal(mesh: &TriangleMesh, face: Face) -> DVec3 {
+    Some(mesh.face_normal(face)).filter(|n| n.is_finite()).unwrap_or(DVec3::ZERO)
 }
 
 /// The direction of the sum of some normals; zero where they cancel.
