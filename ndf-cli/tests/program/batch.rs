@@ -156,6 +156,10 @@ fn a_report_shows_what_became_of_all() {
     // Input and result of both that were learned.
     assert_eq!(page.matches("data:image/png").count(), 4);
     assert!(page.matches("<svg").count() >= 3 && !page.contains("://") && !page.contains("<script"));
+    // From another folder, too.
+    ndf(&folder.0.join("in"), &["batch", "report", "../run", "--json", "--quiet"]).json();
+    let again = std::fs::read_to_string(folder.0.join("run/index.html")).unwrap();
+    assert_eq!(again.matches("data:image/png").count(), 4);
     let plain = ndf(&folder.0, &["batch", "report", "run", "--no-pictures"]);
     assert!(plain.stdout.contains("index.html: 2 ok, 1 refused"), "{}", plain.stdout);
     assert!(!std::fs::read_to_string(folder.0.join("run/index.html")).unwrap().contains("data:image"));

@@ -29,6 +29,10 @@ pub(super) struct Plan {
     pub items: usize,
     /// Hash of their list.
     pub list_sha256: String,
+    /// The folder it was begun in, where paths of inputs lead from. It may be another when the batch goes on, as on machines that
+    /// have the same files elsewhere.
+    #[serde(default)]
+    pub begun_in: Option<PathBuf>,
 }
 
 /// The places in the folder of a batch.
@@ -132,6 +136,12 @@ impl Plan {
         })
     }
 
+    /// Where an input is: from here, or from where the batch was begun.
+    pub(super) fn found(&self, input: &str) -> PathBuf {
+        let there = self.begun_in.as_ref().map(|folder| folder.join(input));
+        there.filter(|there| there.exists() && !Path::new(input).exists()).unwrap_or_else(|| input.into())
+    }
+
     fn read_if_there(places: &Places) -> Result<Option<Self>, Failure> {
         let path = places.plan();
         let text = match fs::read_to_string(&path) {
@@ -166,7 +176,9 @@ impl Plan {
             other => other.to_string(),
         };
         let settled = fields(settled);
-        let different = fields(self).into_iter().filter(|(key, now)| settled.get(key) != Some(now));
+        let may_differ = |key: &str| key == "begun_in";
+        let different =
+            fields(self).into_iter().filter(|(key, now)| settled.get(key) != Some(now) && !may_differ(key));
         different
             .map(|(key, now)| match key.as_str() {
                 "list_sha256" => "its list of inputs is another".to_owned(),
@@ -220,6 +232,7 @@ mod tests {
             shards: 2,
             items: items.len(),
             list_sha256: sha256(listed(items).as_bytes()),
+            begun_in: None,
         }
     }
 
@@ -235,6 +248,8 @@ mod tests {
         first.settle(&items, &places).unwrap();
         assert_eq!(Plan::read(&places).unwrap(), first);
         assert_eq!(read_list(&first, &places).unwrap(), items);
+        let elsewhere = Plan { begun_in: Some("/elsewhere".into()), ..first.clone() };
+        elsewhere.settle(&items, &places).unwrap();
         let other = Plan { flags: Vec::new(), shards: 3, ..plan(&items[..1]) };
         let said = other.settle(&items[..1], &places).unwrap_err().to_string();
         for difference in

@@ -41,6 +41,7 @@ pub(super) fn run(recipe: &Recipe, arguments: &Arguments, context: &Context) -> 
         shards: shard.count,
         items: items.len(),
         list_sha256: sha256(listed(&items).as_bytes()),
+        begun_in: std::env::current_dir().ok(),
     };
     plan.settle(&items, &places)?;
     let own: Vec<&Item> = shard.of(items.len()).map(|place| &items[place]).collect();

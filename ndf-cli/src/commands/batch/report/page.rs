@@ -144,8 +144,8 @@ impl Batch<'_> {
         for (k, record) in worst.iter().enumerate() {
             progress.report("drawing", k as f64 / worst.len() as f64);
             let output = self.places.folder().join(record.row.output.as_deref().unwrap_or_default());
-            let pictures =
-                pictures::pair(self.recipe, &self.plan.flags, Path::new(&record.row.input), &output)?;
+            let input = self.plan.found(&record.row.input);
+            let pictures = pictures::pair(self.recipe, &self.plan.flags, &input, &output)?;
             let error = record.error.map_or_else(String::new, readable);
             let bytes = record.bytes.map_or_else(String::new, |bytes| format!(", {}", HumanBytes(bytes)));
             pairs.push(Pair { pictures, caption: format!("{}: {error}{bytes}", record.row.id) });
