@@ -5,7 +5,8 @@
 pub(crate) struct Scale {
     /// Whether this is the quick subset.
     pub(crate) is_quick: bool,
-    /// Cells along the longest side of the truths of fields and of meshes, and the edge length to which they are remeshed; edges of truths of meshes are split to twice that.
+    /// Cells along the longest side of the truths of fields and of meshes, and the edge length to which they are
+    /// remeshed; edges of truths of meshes are split to twice that.
     pub(crate) field_grid: u32,
     pub(crate) mesh_grid: u32,
     pub(crate) truth_edge: f64,
